@@ -1,0 +1,7 @@
+"""The same as `fogzoo diagnose`."""
+
+import sys
+
+from zoo.cli.application import run
+
+sys.exit(run("diagnose", sys.argv[1:]))

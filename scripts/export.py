@@ -1,0 +1,7 @@
+"""The same as `fogzoo export`."""
+
+import sys
+
+from zoo.cli.application import run
+
+sys.exit(run("export", sys.argv[1:]))

@@ -1,0 +1,7 @@
+"""The same as `fogzoo refine`."""
+
+import sys
+
+from zoo.cli.application import run
+
+sys.exit(run("refine", sys.argv[1:]))

@@ -1,0 +1,7 @@
+"""The same as `fogzoo reproduce`."""
+
+import sys
+
+from zoo.cli.application import run
+
+sys.exit(run("reproduce", sys.argv[1:]))

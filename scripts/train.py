@@ -1,0 +1,7 @@
+"""The same as `fogzoo train`."""
+
+import sys
+
+from zoo.cli.application import run
+
+sys.exit(run("train", sys.argv[1:]))

@@ -1,0 +1,79 @@
+"""Results on disk, whole or not at all: written beside their place and moved there once complete."""
+
+from __future__ import annotations
+
+import json
+import secrets
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+from zoo.errors import InputError, WorkError
+
+
+def writable_folder(path: str | Path) -> Path:
+    """A folder that exists and takes files; created where it is missing.
+
+    Raises:
+        InputError: it cannot be created, or nothing can be written into it.
+    """
+    folder = Path(path)
+    probe = _sibling(folder / "probe")
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        probe.touch()
+        probe.unlink()
+    except OSError as error:
+        raise InputError(f"{folder}: cannot be written to ({error.strerror}); choose another folder") from error
+    return folder
+
+
+@contextmanager
+def replacing(path: str | Path) -> Iterator[Path]:
+    """A temporary sibling to write to; takes the place of `path` when the block ends well and is removed when it does not.
+
+    The sibling lies in the same folder, since a rename is only atomic within one file system.
+
+    Raises:
+        InputError: the folder cannot be written to, or `path` is a folder.
+        WorkError: writing failed half-way, as on a full disk.
+    """
+    target = Path(path)
+    writable_folder(target.parent)
+    if target.is_dir():
+        raise InputError(f"{target}: is a folder; name a file")
+    temporary = _sibling(target)
+    try:
+        yield temporary
+        temporary.replace(target)
+    except OSError as error:
+        raise WorkError(f"{target}: could not be written ({error.strerror or error})") from error
+    finally:
+        temporary.unlink(missing_ok=True)
+
+
+def _sibling(path: Path) -> Path:
+    # Ends in .part, so that no glob for measurements or results takes it for one.
+    return path.with_name(f".{path.name}.{secrets.token_hex(4)}.part")
+
+
+def write_text(path: str | Path, text: str) -> Path:
+    """Writes a text file in UTF-8 and returns its path.
+
+    Raises:
+        InputError: the folder cannot be written to.
+    """
+    with replacing(path) as temporary:
+        temporary.write_text(text, encoding="utf-8", newline="\n")
+    return Path(path)
+
+
+def write_json(path: str | Path, data: Any) -> Path:
+    """Writes JSON in UTF-8, indented, and returns its path.
+
+    Raises:
+        ValueError: there is a NaN or an infinity in it; they are no JSON, and a reader in another language stops at them.
+        InputError: the folder cannot be written to.
+    """
+    return write_text(path, json.dumps(data, indent=2, ensure_ascii=False, allow_nan=False) + "\n")

@@ -1,0 +1,43 @@
+"""A bias that jumps once."""
+
+from __future__ import annotations
+
+import torch
+from torch import Tensor
+
+from zoo.effects.base import Effect, History, Parameter, grid_values
+
+ONSETS = 100
+
+
+
+
+class BiasStep(Effect):
+    """A step at one moment: a fan that switches, a fibre that slips, a laser that hops (physics.md §9.10, R49).
+
+    The moment is counted from the run's start. `run` tells which run it happened in; 0 means at that time in every run, as for a programmed switch.
+    """
+
+    name = "bias_step"
+    place = "housing"
+    shape = (
+        Parameter("onset", 2.0, "h", 0.0, 24.0, source="anywhere in a run", meaning="time from the run's start"),
+        Parameter("run", 0.0, "1", 0.0, 100.0, "index", "an index", "number of the run it happened in, 0 for all"),
+    )
+    amplitudes = (Parameter("step", 0.0, "unit", -100.0, 100.0, source="§9.10", meaning="height"),)
+    formula = "A·(t > t0)"
+    source = "physics.md §9.10; Mukhtubaev et al. 2020, ITMO J. 20(4):507 (phase jumps)"
+    signature = "constant before and after one moment"
+    confused_with = ("aging",)
+
+    def shapes_to_try(self, span_s: float, runs: int) -> Tensor:
+        """Onsets all along the longest run, in each run and in all of them, see `Effect.shapes_to_try`."""
+        onsets = (torch.arange(ONSETS, dtype=torch.float64) + 0.5) / ONSETS * span_s / 3600.0
+        return torch.cartesian_prod(onsets, grid_values(self.shape[1], runs))
+
+    def columns(self, history: History, shape: Tensor) -> Tensor:
+        """0 before and 1 after the onset, rising within one sampling step so that the onset can be refined, see `Effect.columns`."""
+        onset, run = shape[..., 0:1] * 3600.0, shape[..., 1:2]
+        step_s = torch.diff(history.time).median()
+        here = ((run.round() == 0) | (run.round() == history.run)).to(history.time.dtype)
+        return (((history.time - onset) / step_s + 0.5).clamp(0.0, 1.0) * here).unsqueeze(-1)

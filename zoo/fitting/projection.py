@@ -1,0 +1,56 @@
+"""Linear least squares on a batch of column sets: the inner half of variable projection."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import torch
+from torch import Tensor
+
+RIDGE = 1e-10
+
+
+class Projection(NamedTuple):
+    """Result of projecting a target on columns.
+
+    Attributes:
+        amplitudes: (..., K).
+        residual: (..., N).
+        cost: (...) sum of squared residuals.
+    """
+
+    amplitudes: Tensor
+    residual: Tensor
+    cost: Tensor
+
+
+def project(columns: Tensor, target: Tensor) -> Projection:
+    """Least-squares amplitudes of each column set.
+
+    Columns are scaled to unit norm first; a ridge of 1e-10 keeps collinear columns harmless (their common amplitude is split between them).
+
+    Args:
+        columns: (..., N, K).
+        target: (N,) or (..., N).
+    """
+    norm = columns.norm(dim=-2, keepdim=True).clamp_min(1e-300)
+    scaled = columns / norm
+    gram = scaled.mT @ scaled
+    gram = gram + RIDGE * torch.eye(gram.shape[-1], dtype=gram.dtype, device=gram.device)
+    right = scaled.mT @ target.unsqueeze(-1)
+    factor, _ = torch.linalg.cholesky_ex(gram)
+    weights = torch.cholesky_solve(right, factor)
+    residual = target - (scaled @ weights).squeeze(-1)
+    return Projection((weights / norm.mT).squeeze(-1), residual, residual.square().sum(-1))
+
+
+def orthonormal(columns: Tensor, tolerance: float = 1e-7) -> Tensor:
+    """An orthonormal basis of the span of columns (N, K) -> (N, R), directions weaker than `tolerance` dropped."""
+    scaled = columns / columns.norm(dim=-2, keepdim=True).clamp_min(1e-300)
+    left, values, _ = torch.linalg.svd(scaled, full_matrices=False)
+    return left[:, values > tolerance * values.max()] if values.numel() else left
+
+
+def complement(columns: Tensor, basis: Tensor) -> Tensor:
+    """What is left of columns (..., N, K) outside the span of an orthonormal basis (N, R)."""
+    return columns - basis @ (basis.mT @ columns)

@@ -1,0 +1,108 @@
+"""Separable least squares: a few nonlinear parameters within bounds, any number of linear ones projected out."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import torch
+from torch import Tensor
+
+from zoo.fitting.projection import project
+
+STEP = 1e-4
+DAMPINGS = (1e-4, 1e-2, 1.0, 100.0)
+
+
+@dataclass(frozen=True, eq=False)
+class Fit:
+    """A solution of min over θ, a of ‖y − Φ(θ)·a‖².
+
+    Attributes:
+        theta: (P,) nonlinear parameters, in coordinates where every bound is 0…1.
+        amplitudes: (K,).
+        residual: (N,) y − Φa.
+        columns: (N, K) Φ at the solution.
+        tangent: (N, P) dΦ/dθ·a at the solution.
+        cost: sum of squared residuals.
+        iterations: Gauss–Newton steps taken.
+    """
+
+    theta: Tensor
+    amplitudes: Tensor
+    residual: Tensor
+    columns: Tensor
+    tangent: Tensor
+    cost: float
+    iterations: int
+
+    def covariance(self, pieces: int = 24) -> Tensor:
+        """(P+K, P+K) covariance of (θ, amplitudes) that allows for correlated residuals.
+
+        Scores are summed over consecutive pieces before they are squared (cluster-robust sandwich, Liang & Zeger 1986), so that a correlation shorter than
+        a piece widens the errors as it should; never smaller than the ordinary formula.
+        """
+        jacobian = torch.cat([self.tangent, self.columns], dim=1)
+        norm = jacobian.norm(dim=0).clamp_min(1e-300)
+        scaled = jacobian / norm
+        inverse = torch.linalg.pinv(scaled.mT @ scaled, hermitian=True, rtol=1e-12)
+        dof = max(len(self.residual) - jacobian.shape[1], 1)
+        plain = inverse * max(self.cost / dof, 1.0)
+        scores = torch.stack([(part * rest.unsqueeze(1)).sum(0) for part, rest in zip(scaled.chunk(pieces), self.residual.chunk(pieces), strict=True)])
+        robust = inverse @ (scores.mT @ scores) @ inverse * (pieces / (pieces - 1))
+        inflate = (robust.diagonal() / plain.diagonal().clamp_min(1e-300)).clamp_min(1.0).sqrt()
+        return plain * inflate.unsqueeze(0) * inflate.unsqueeze(1) / norm.unsqueeze(0) / norm.unsqueeze(1)
+
+
+def fit(columns: Callable[[Tensor], Tensor], target: Tensor, start: Tensor, iterations: int = 30, tolerance: float = 1e-4) -> Fit:
+    """Variable projection with Levenberg–Marquardt steps (Golub & Pereyra 1973; Kaufman 1975), several dampings tried at once.
+
+    Args:
+        columns: (B, P) parameters in 0…1 -> (B, N, K) columns.
+        target: (N,) y.
+        start: (P,) first parameters in 0…1.
+        iterations: most steps to take.
+        tolerance: stop when a step lowers the cost by less than this share of cost/N · 100.
+    """
+    theta = start.clone()
+    taken = 0
+    basis, tangent, solution = _linearise(columns, target, theta)
+    while taken < iterations and theta.numel():
+        trials = _steps(theta, basis, tangent, solution.residual)
+        results = project(columns(trials), target)
+        cost = torch.where(results.cost.isfinite(), results.cost, torch.inf)
+        best = int(cost.argmin())
+        gain = float(solution.cost - cost[best])
+        if gain <= 0:
+            break
+        taken += 1
+        theta = trials[best]
+        basis, tangent, solution = _linearise(columns, target, theta)
+        if gain < tolerance * 100 * float(solution.cost) / target.numel():
+            break
+    return Fit(theta, solution.amplitudes, solution.residual, basis, tangent, float(solution.cost), taken)
+
+
+def _linearise(columns: Callable[[Tensor], Tensor], target: Tensor, theta: Tensor):  # type: ignore[no-untyped-def]
+    size = theta.numel()
+    signs = torch.where(theta > 0.5, -1.0, 1.0).to(theta)  # step inwards, so that bounds hold
+    moved = torch.cat([theta.unsqueeze(0), theta + torch.diag(STEP * signs)]) if size else theta.unsqueeze(0)
+    batch = columns(moved)
+    basis = batch[0]
+    solution = project(basis, target)
+    change = (batch[1:] - basis) @ solution.amplitudes
+    tangent = (change / (STEP * signs).unsqueeze(1)).mT if size else basis.new_zeros((len(target), 0))
+    return basis, tangent, solution
+
+
+def _steps(theta: Tensor, basis: Tensor, tangent: Tensor, residual: Tensor) -> Tensor:
+    """(D, P) trial parameters, one a damping: Gauss–Newton in the complement of the columns, clipped to the bounds."""
+    outside = torch.stack([project(basis, tangent[:, i]).residual for i in range(tangent.shape[1])], dim=1)
+    normal = outside.mT @ outside
+    slope = outside.mT @ residual
+    blocked = ((theta <= 0) & (slope < 0)) | ((theta >= 1) & (slope > 0))  # a parameter at its bound that wants to leave stays
+    free = (~blocked).to(theta)
+    normal = normal * free.unsqueeze(0) * free.unsqueeze(1) + torch.diag(1 - free)
+    scale = normal.diagonal().clamp_min(1e-12 * float(normal.diagonal().max()) + 1e-300)
+    steps = [torch.linalg.solve(normal + damping * torch.diag(scale), slope * free) for damping in DAMPINGS]
+    return (theta + torch.stack(steps).clamp(-0.25, 0.25)).clamp(0.0, 1.0)

@@ -1,0 +1,140 @@
+"""Comma-separated text, plain or gzipped: a fast reader, and a slow one that finds the line at fault when the fast one stumbles."""
+
+from __future__ import annotations
+
+import csv
+import gzip
+import math
+import re
+import zlib
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+from typing import IO, NoReturn
+
+import numpy as np
+import pyarrow as pa
+import pyarrow.csv
+
+from zoo.errors import InputError
+
+_NUMBER = re.compile(r"\s*[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?\s*")
+
+
+def column_names(path: Path) -> tuple[str, ...]:
+    """The names in the first line.
+
+    Raises:
+        InputError: the file is empty, no text, or its first line is no header.
+    """
+    try:
+        with _text(path) as file:
+            line = file.readline(1 << 20)
+    except (OSError, EOFError, zlib.error) as error:
+        raise InputError(f"{path}: cannot be read ({error})") from error
+    if not line:
+        raise InputError(f"{path}: the file is empty; a header and one row a sample are needed")
+    if "\0" in line or line.startswith(("PAR1", "\x1f\x8b", "PK\x03\x04")):
+        raise InputError(f"{path}: is no text but a binary file; a table in another format needs its own ending (.csv.gz, .parquet)")
+    names = tuple(name.strip() for name in next(csv.reader([line]), []))
+    if len(names) < 2 and (found := next((mark for mark in ";\t" if mark in line), None)):
+        raise InputError(f"{path}: columns are separated by {found!r}; commas are needed (and a point in decimals)")
+    if all(_NUMBER.fullmatch(name) for name in names):
+        raise InputError(f"{path}, row 1: holds numbers ({line.strip()[:60]}) where a header with the columns' names is needed")
+    return names
+
+
+def chunks(path: Path, columns: Sequence[str], chunk_bytes: int) -> Iterator[np.ndarray]:
+    """(M, C) float64 chunks of some columns; missing cells are NaN.
+
+    Raises:
+        InputError: a line that cannot be read as numbers.
+    """
+    names = column_names(path)
+    # By position: the header's own text may hold blanks, foreign letters or empty names.
+    wanted = [str(names.index(column)) for column in columns]
+    try:
+        with pa.OSFile(str(path)) as file, _unpacked(path, file) as stream:
+            reader = pa.csv.open_csv(
+                stream,
+                pa.csv.ReadOptions(block_size=chunk_bytes, skip_rows=1, column_names=[str(place) for place in range(len(names))]),
+                convert_options=pa.csv.ConvertOptions(include_columns=wanted, column_types=dict.fromkeys(wanted, pa.float64())),
+            )
+            for batch in reader:
+                if batch.num_rows:
+                    yield np.column_stack([column.to_numpy(zero_copy_only=False) for column in batch.columns])
+    except (pa.ArrowException, OSError) as error:
+        if _has_rows(path):
+            _find_fault(path, columns, str(error))
+
+
+def explain(path: Path, columns: Sequence[str], chunk: np.ndarray, rows: int, last: float) -> NoReturn:
+    """Says which cell of a chunk is wrong, by its line in the file.
+
+    Raises:
+        InputError: always.
+    """
+    del chunk, rows, last  # found again from the text, where the lines are counted
+    _find_fault(path, columns, "its numbers cannot be read")
+
+
+def _unpacked(path: Path, file: pa.NativeFile) -> pa.NativeFile:
+    return pa.CompressedInputStream(file, "gzip") if path.name.lower().endswith(".gz") else file
+
+
+def _text(path: Path) -> IO[str]:
+    # Bytes that are no UTF-8 may stand in columns that nobody asked for: they are kept, not refused.
+    if path.name.lower().endswith(".gz"):
+        return gzip.open(path, "rt", encoding="utf-8-sig", errors="replace", newline="")
+    return path.open(encoding="utf-8-sig", errors="replace", newline="")
+
+
+def _has_rows(path: Path) -> bool:
+    """Whether anything follows the header; Arrow calls a header without a newline an error."""
+    try:
+        with _text(path) as file:
+            file.readline()
+            return any(line.strip() for line in file)
+    except (OSError, EOFError, zlib.error):
+        return True
+
+
+def _find_fault(path: Path, columns: Sequence[str], otherwise: str) -> NoReturn:
+    """Walks through the text until the first line that cannot be used.
+
+    Raises:
+        InputError: always; `otherwise` is what it says where the walk finds nothing.
+    """
+    try:
+        with _text(path) as file:
+            reader = csv.reader(file)
+            names = [name.strip() for name in next(reader)]
+            places = [(column, names.index(column)) for column in columns]
+            last = -math.inf
+            for cells in reader:
+                if cells:
+                    last = _check_line(f"{path}, row {reader.line_num}", cells, len(names), places, last)
+    except (OSError, EOFError, zlib.error, csv.Error) as error:
+        raise InputError(f"{path}: cannot be read to its end ({error})") from error
+    raise InputError(f"{path}: {otherwise.splitlines()[0]}")
+
+
+def _check_line(where: str, cells: list[str], width: int, places: list[tuple[str, int]], last: float) -> float:
+    """One line's time, once all its cells are known to be good.
+
+    Raises:
+        InputError: it is not.
+    """
+    if len(cells) != width:
+        raise InputError(f"{where}: has {len(cells)} cells, the header {width} (decimals need a point, columns a comma)")
+    for column, place in places:
+        cell = cells[place]
+        if not cell.strip():
+            raise InputError(f"{where}, column {column}: the cell is empty; every row needs a number here")
+        if not _NUMBER.fullmatch(cell):
+            raise InputError(f"{where}, column {column}: '{cell.strip()[:40]}' is not a finite number")
+        if math.isinf(float(cell)):
+            raise InputError(f"{where}, column {column}: {cell.strip()[:40]} is too large a number")
+    time = float(cells[places[0][1]])
+    if time <= last:
+        raise InputError(f"{where}, column {places[0][0]}: {time!r} follows {last!r}; the time must increase from row to row")
+    return time

@@ -1,0 +1,164 @@
+"""From files to runs: finds the columns, streams the rows, chooses the block length."""
+
+from __future__ import annotations
+
+import itertools
+import math
+from collections.abc import Iterable, Mapping, Sequence
+from pathlib import Path
+
+import numpy as np
+import torch
+
+from zoo import units
+from zoo.errors import InputError
+from zoo.measurements.files import find_files, run_names
+from zoo.measurements.recording import Average, Recording, auto_length
+from zoo.measurements.run import Run
+from zoo.measurements.schema import Layout, keep_shared, layout
+from zoo.measurements.table import chunks, column_names
+
+HEAD_ROWS = 100_000
+GAP_STEPS = 5.0
+_STARTUP_ROWS = 100
+
+
+def read_runs(
+    files: Sequence[str | Path] | str | Path,
+    columns: Mapping[str, str | None] | None = None,
+    output_unit: str | None = None,
+    reference: float = 0.0,
+    average_s: Average = "auto",
+    gap_s: float | None = None,
+) -> list[Run]:
+    """Reads measurement files, one run a file, in memory that grows with the runs' duration and not with their rate.
+
+    Args:
+        files: paths and globs of .csv, .csv.gz and .parquet files.
+        columns: role (time, temperature, temperature_NAME, output, reference, supply_v, field_ut, humidity_pct, pressure_kpa) -> the files'
+            own name; roles left out have their default names.
+        output_unit: the output's unit, as suffix or as usually written; None where the column's name tells it.
+        reference: true input [output's unit] of runs that do not record it.
+        average_s: length of the blocks [s]; None for as recorded; ``"auto"`` for the longest of 1, 2, 5, 10, 20, 50, 100 s of which all the
+            runs together have 400. Pass the `average_s` of the runs fitted when reading the runs to check on.
+        gap_s: longest time between rows that is no gap [s]; None for five median steps.
+
+    Returns:
+        The runs in the files' order, with the same columns. The fine grid is a tenth of a block, or the rows themselves where it would hold
+        fewer than two of them.
+
+    Raises:
+        InputError: anything the user can put right; names the file, row, column or key.
+    """
+    _check_numbers(reference, average_s, gap_s)
+    paths = find_files(files)
+    layouts = keep_shared([layout(path, column_names(path), columns, output_unit) for path in paths])
+    recordings = [_record(one, reference, average_s, gap_s) for one in layouts]
+    length = auto_length(recordings) if average_s == "auto" else average_s
+    return [_run(*each, length) for each in zip(run_names(paths), layouts, recordings, strict=True)]
+
+
+def _check_numbers(reference: float, average_s: Average, gap_s: float | None) -> None:
+    for key, value, words in (("average_s", average_s, ("auto",)), ("gap_s", gap_s, ())):
+        if value is not None and value not in words and not (_finite(value) and float(value) > 0):
+            raise InputError(f"data.{key}={value}: possible are {', '.join(('a positive number of seconds', *words))} and null")
+    if not _finite(reference):
+        raise InputError(f"data.reference={reference}: a number is needed, the true input in the output's unit")
+
+
+def _finite(value: object) -> bool:
+    return isinstance(value, int | float) and not isinstance(value, bool) and math.isfinite(value)
+
+
+def _record(one: Layout, reference: float, average_s: Average, gap_s: float | None) -> Recording:
+    """Streams one file."""
+    stream = (_in_run_units(chunk, one) for chunk in chunks(one.path, [source.column for source in one.sources]))
+    head = list(_at_least(HEAD_ROWS, stream))
+    step = _median_step(one.path, head)
+    gap = GAP_STEPS * step if gap_s is None else gap_s
+    if gap < step:
+        raise InputError(f"{one.path}: data.gap_s={gap:g} is shorter than the time between rows, {step:g} s; every row would stand alone")
+    recording = Recording(step, average_s, gap)
+    recording.notes += [*one.notes, *_startup(np.concatenate([chunk[:, -1] for chunk in head])[:_STARTUP_ROWS], one.output.column)]
+    lowest, highest = math.inf, -math.inf
+    for chunk in itertools.chain(head, stream):
+        lowest, highest = min(lowest, chunk[:, -1].min()), max(highest, chunk[:, -1].max())
+        recording.push(_with_error(chunk, one, reference))
+    if lowest == highest:
+        raise InputError(f"{one.path}, column {one.output.column}: is {lowest:g} in all {recording.rows} rows; a gyro's output varies")
+    recording.close()
+    return recording
+
+
+def _at_least(rows: int, stream: Iterable[np.ndarray]) -> Iterable[np.ndarray]:
+    """The first chunks of a stream, enough for some rows; leaves the rest in it."""
+    for chunk in stream:
+        yield chunk
+        rows -= len(chunk)
+        if rows <= 0:
+            return
+
+
+def _median_step(path: Path, head: Sequence[np.ndarray]) -> float:
+    """Median time between the first rows [s]; a fixed number of them, so that it does not depend on the chunks' size."""
+    time = np.concatenate([chunk[:, 0] for chunk in head])[:HEAD_ROWS]
+    if len(time) < 2:
+        raise InputError(f"{path}: has one row; a run needs at least two")
+    return float(np.median(np.diff(time)))
+
+
+def _startup(output: np.ndarray, column: str) -> list[str]:
+    """A note where the first row is far off the next ones: what a gyro says while it starts is no drift."""
+    scatter = float(np.median(np.abs(np.diff(output[1:])))) if len(output) > 2 else 0.0
+    jump = abs(float(output[0] - output[1]))
+    if scatter == 0 or jump < 20 * scatter:
+        return []
+    return [f"{column} jumps after the first row by {jump / scatter:.0f} times its usual step, as after a start; the row is used"]
+
+
+def _in_run_units(chunk: np.ndarray, one: Layout) -> np.ndarray:
+    for place, source in enumerate(one.sources):
+        if source.given != source.wanted:
+            chunk[:, place] = units.convert(chunk[:, place], source.given, source.wanted)
+    return chunk
+
+
+def _with_error(chunk: np.ndarray, one: Layout, reference: float) -> np.ndarray:
+    """(M, C + 1): the run's table, reference last, and the error."""
+    output = chunk[:, -1:]
+    truth = chunk[:, -2:-1] if one.reference else np.full_like(output, reference)
+    return np.concatenate([chunk[:, : len(one.inputs)], truth, output - truth], axis=1)
+
+
+def _run(name: str, one: Layout, recording: Recording, length: float | None) -> Run:
+    fine, block, thin = recording.grids(length)
+    average = recording.step_s if length is None or length < 0.99 * recording.step_s else float(length)
+    if block.max() < 0:
+        lasts = f"its {recording.rows} rows span {fine.mean[-1, 0] - fine.mean[0, 0]:g} s"
+        raise InputError(f"{one.path}: no block of {average:g} s has half of its rows ({lasts}); choose a shorter data.average_s")
+    table = torch.from_numpy(fine.mean)
+    return Run(
+        name=name,
+        unit=one.unit,
+        average_s=average,
+        columns=(*(source.name for source in one.inputs), f"reference_{one.unit}"),
+        table=table[:, :-1].contiguous(),
+        error=table[:, -1].contiguous(),
+        count=torch.from_numpy(fine.count),
+        block=torch.from_numpy(block),
+        rows=recording.rows,
+        notes=(*recording.notes, *_notes(recording, average, length, thin)),
+    )
+
+
+def _notes(recording: Recording, average: float, length: float | None, thin: int) -> list[str]:
+    """What averaging noticed, one sentence each."""
+    notes = []
+    if recording.clock.gaps:
+        longest, begins = recording.clock.longest
+        notes.append(f"{recording.clock.gaps} gap(s) in time, the longest {longest:g} s from {begins:g} s")
+    if thin:
+        notes.append(f"{thin} block(s) of {average:g} s with less than half of their rows are not judged")
+    if length is not None and length < average:
+        notes.append(f"taken as recorded, every {average:g} s, as blocks of {length:g} s would be shorter")
+    return notes

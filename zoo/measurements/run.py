@@ -1,0 +1,100 @@
+"""One chamber run as tensors: what every model is fitted to and every score is computed from."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import torch
+from torch import Tensor
+
+
+@dataclass(frozen=True, eq=False)
+class Run:
+    """One recording on two time grids.
+
+    Effects with memory (lags, hysteresis) are computed on the fine grid of T samples; residuals are judged on N block means of `average_s`,
+    so a ramp that starts inside a block is not smeared before the lag is applied. A block never straddles a gap.
+
+    Attributes:
+        name: the file's stem, unique among the runs read together.
+        unit: suffix of the output's unit, such as ``"dph"``.
+        average_s: block length [s].
+        columns: names of the columns of `table`, first ``time_s`` and ``temperature_c``, then other thermometers and inputs, last ``reference_<unit>``.
+        table: (T, C) the raw columns in the file's units, in time order, float64.
+        error: (T,) output − reference [unit].
+        count: (T,) recorded rows behind each fine sample.
+        block: (T,) int64, index of the block each sample belongs to, −1 for the samples of a block too thin to keep.
+        rows: rows read from the file.
+        notes: what reading noticed (gaps, dropped rows), one sentence each.
+    """
+
+    name: str
+    unit: str
+    average_s: float
+    columns: tuple[str, ...]
+    table: Tensor
+    error: Tensor
+    count: Tensor
+    block: Tensor
+    rows: int = 0
+    notes: tuple[str, ...] = field(default=())
+
+    @property
+    def time(self) -> Tensor:
+        """(T,) time as recorded [s]."""
+        return self.table[:, 0]
+
+    @property
+    def temperature(self) -> Tensor:
+        """(T,) main thermometer [°C]."""
+        return self.table[:, 1]
+
+    @property
+    def blocks(self) -> int:
+        """N, the number of block means."""
+        return int(self.block.max()) + 1 if self.block.numel() else 0
+
+    @property
+    def thermometers(self) -> tuple[str, ...]:
+        """Names of the thermometers' columns, the main one first."""
+        return tuple(name for name in self.columns if name.startswith("temperature_"))
+
+    def column(self, name: str) -> Tensor:
+        """(T,) one raw column.
+
+        Raises:
+            KeyError: the run has no such column.
+        """
+        if name not in self.columns:
+            raise KeyError(name)
+        return self.table[:, self.columns.index(name)]
+
+    def select(self, names: tuple[str, ...] | list[str]) -> Tensor:
+        """(T, len(names)) raw columns in the order asked for."""
+        return torch.stack([self.column(name) for name in names], dim=-1)
+
+    def block_mean(self, value: Tensor) -> Tensor:
+        """Means over the blocks, each fine sample weighted by its count of recorded rows.
+
+        Args:
+            value: (..., T) on the fine grid.
+
+        Returns:
+            (..., N).
+        """
+        return self.block_mean_columns(value.unsqueeze(-1)).squeeze(-1)
+
+    def block_mean_columns(self, value: Tensor) -> Tensor:
+        """The same for columns: (..., T, K) -> (..., N, K)."""
+        keep = self.block >= 0
+        index, weight = self.block[keep], self.count[keep].to(value.dtype)
+        total = torch.zeros(self.blocks, dtype=value.dtype, device=value.device).index_add(0, index, weight)
+        sums = value.new_zeros((*value.shape[:-2], self.blocks, value.shape[-1]))
+        sums = sums.index_add(value.dim() - 2, index, value[..., keep, :] * weight.unsqueeze(-1))
+        return sums / total.unsqueeze(-1)
+
+    def block_share(self) -> Tensor:
+        """(N,) recorded rows behind each block mean over those of the fullest block."""
+        keep = self.block >= 0
+        rows = torch.zeros(self.blocks, dtype=self.table.dtype, device=self.table.device).index_add(0, self.block[keep], self.count[keep].to(self.table.dtype))
+        return rows / rows.max()

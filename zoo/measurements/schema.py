@@ -1,0 +1,186 @@
+"""Which of a file's columns is what: roles, their names, and the mapping of foreign ones."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+from zoo import units
+from zoo.errors import InputError, nearest
+
+INPUTS = ("supply_v", "field_ut", "humidity_pct", "pressure_kpa")
+_KEY = "data.columns"
+_PREFIX = {"rate": "rate", "acceleration": "accel"}
+
+
+@dataclass(frozen=True)
+class Source:
+    """Where one of a run's columns comes from.
+
+    Attributes:
+        name: its name in the run.
+        column: the file's own name.
+        given: suffix of the unit in the file; empty where nothing is converted.
+        wanted: suffix of the unit in the run.
+    """
+
+    name: str
+    column: str
+    given: str = ""
+    wanted: str = ""
+
+
+@dataclass(frozen=True)
+class Layout:
+    """One file's columns by role.
+
+    Attributes:
+        path: the file.
+        unit: suffix of the output's unit.
+        inputs: time, main thermometer, other thermometers, recorded inputs, in this order.
+        output: the gyro's output.
+        reference: the true input where it is recorded.
+        notes: what was converted, overruled or left out, one sentence each.
+    """
+
+    path: Path
+    unit: str
+    inputs: tuple[Source, ...]
+    output: Source
+    reference: Source | None
+    notes: tuple[str, ...] = ()
+
+    @property
+    def sources(self) -> tuple[Source, ...]:
+        """Everything to be read, the time first and the output last."""
+        return (*self.inputs, *([self.reference] if self.reference else []), self.output)
+
+
+def layout(path: Path, present: Sequence[str], columns: Mapping[str, str | None] | None = None, output_unit: str | None = None) -> Layout:
+    """Finds the columns of one file.
+
+    Args:
+        path: the file, for messages.
+        present: the names in its header.
+        columns: role -> the file's own name; a role that is missing or None has its default name.
+        output_unit: the output's unit, as suffix or as usually written; overrules the one in the column's name.
+
+    Raises:
+        InputError: a role that is not known, a column that is not there, an output that cannot be told or whose unit is not known.
+    """
+    mapped = {role: name for role, name in (columns or {}).items() if name is not None}
+    _check_mapping(path, present, mapped)
+    time = _required(path, present, mapped, "time", "time_s", "s")
+    temperature = _required(path, present, mapped, "temperature", "temperature_c", "c")
+    output, notes = _output(path, present, mapped, output_unit)
+    reference = _reference(path, present, mapped, output.wanted)
+    others = _thermometers(present, mapped, taken={temperature.column, output.column})
+    inputs = [Source(role, mapped.get(role, role)) for role in INPUTS if mapped.get(role, role) in present]
+    found = Layout(path, output.wanted, (time, temperature, *others, *inputs), output, reference)
+    changed = (one for one in found.sources if one.given != one.wanted)
+    notes += [f"{one.column} is converted from {units.symbol(one.given)} to {units.symbol(one.wanted)}" for one in changed]
+    return replace(found, notes=tuple(notes))
+
+
+def keep_shared(layouts: Sequence[Layout]) -> list[Layout]:
+    """Leaves out thermometers and inputs that not all the runs have, with a note in the runs that had them.
+
+    Raises:
+        InputError: the outputs' units differ.
+    """
+    first = layouts[0]
+    for other in layouts:
+        if other.unit != first.unit:
+            said = (f"{one.path} is in {units.symbol(one.unit)} ({one.output.column})" for one in (first, other))
+            raise InputError(f"{', '.join(said)}\nruns that are read together need one unit")
+    shared = set.intersection(*({source.name for source in one.inputs} for one in layouts))
+    return [_without(one, [source.name for source in one.inputs if source.name not in shared]) for one in layouts]
+
+
+def _without(one: Layout, names: list[str]) -> Layout:
+    notes = (f"{name} is not used, as not all the runs have it" for name in names)
+    return replace(one, inputs=tuple(source for source in one.inputs if source.name not in names), notes=(*one.notes, *notes))
+
+
+def _check_mapping(path: Path, present: Sequence[str], mapped: Mapping[str, str]) -> None:
+    roles = ("time", "temperature", "output", "reference", *INPUTS)
+    for role, name in mapped.items():
+        if role not in roles and not re.fullmatch(r"temperature_\w+", role):
+            raise InputError(f"{_KEY}.{role}: no such role; {nearest(role, (*roles, 'temperature_NAME'))}")
+        if name not in present:
+            raise InputError(f"{path}: no column '{name}' ({_KEY}.{role}={name}); its columns: {', '.join(present)}")
+    for role, name in mapped.items():
+        twin = next((other for other, column in mapped.items() if column == name and other != role), None)
+        if twin:
+            raise InputError(f"{path}: column '{name}' is both {_KEY}.{role} and {_KEY}.{twin}; name another for one of them")
+
+
+def _required(path: Path, present: Sequence[str], mapped: Mapping[str, str], role: str, default: str, unit: str) -> Source:
+    name = mapped.get(role, default)
+    if name not in present:
+        hint = f"if another one holds the {role}: {_KEY}.{role}=NAME"
+        raise InputError(f"{path}: no column '{name}'; its columns: {', '.join(present)}\n{hint}")
+    given = units.output_suffix(name, units.UNITS[unit].quantity) or unit
+    return Source(default, name, given, unit)
+
+
+def _thermometers(present: Sequence[str], mapped: Mapping[str, str], taken: set[str]) -> list[Source]:
+    """Thermometers beside the main one: mapped as ``temperature_NAME``, or called ``temperature_NAME_c``."""
+    found = {name: name for name in present if re.fullmatch(r"temperature_\w+_c", name) and name not in taken | set(mapped.values())}
+    found |= {f"{role.removesuffix('_c')}_c": name for role, name in mapped.items() if role.startswith("temperature_")}
+    return [Source(name, column, units.output_suffix(column, "temperature") or "c", "c") for name, column in sorted(found.items())]
+
+
+def _output(path: Path, present: Sequence[str], mapped: Mapping[str, str], output_unit: str | None) -> tuple[Source, list[str]]:
+    name = mapped.get("output") or _only_output(path, present)
+    named = units.output_suffix(name)
+    try:
+        unit = units.parse_unit(output_unit) if output_unit is not None else named
+    except InputError as error:
+        raise InputError(f"data.output_unit={output_unit}: {error}") from None
+    if unit is None:
+        possible = "|".join(units.suffixes(*units.OUTPUT_QUANTITIES))
+        raise InputError(f"{path}: the unit of '{name}' is not known; say data.output_unit={possible}")
+    overruled = [f"{name} is taken to be in {units.symbol(unit)}, as data.output_unit says"] if named not in (None, unit) else []
+    return Source("output", name, unit, unit), overruled
+
+
+def _is_output(name: str) -> bool:
+    suffix = units.output_suffix(name)
+    if suffix is None:
+        return False
+    prefix = _PREFIX.get(units.UNITS[suffix].quantity)
+    return name == (f"{prefix}_{suffix}" if prefix else suffix)
+
+
+def _only_output(path: Path, present: Sequence[str]) -> str:
+    """The one column that can be the output.
+
+    Raises:
+        InputError: there is none, or more than one; names the key that decides.
+    """
+    found = [name for name in present if _is_output(name)]
+    if len(found) == 1:
+        return found[0]
+    truth = ("reference_", "predicted_error_")
+    possible = found or [name for name in present if units.output_suffix(name) and not name.startswith(truth)] or present
+    what = "several columns can be the output" if found else "no column is called rate_UNIT, accel_UNIT, pulses or counts"
+    raise InputError(f"{path}: {what}; say which one it is: {_KEY}.output={'|'.join(possible)}")
+
+
+def _reference(path: Path, present: Sequence[str], mapped: Mapping[str, str], unit: str) -> Source | None:
+    """The true input: the mapped column, else ``reference_<unit>``, else a reference in another unit of the same quantity."""
+    quantity = units.UNITS[unit].quantity
+    name = mapped.get("reference")
+    if name is None:
+        found = [f"reference_{one}" for one in (unit, *units.suffixes(quantity)) if f"reference_{one}" in present]
+        name = found[0] if found else None
+    if name is None:
+        return None
+    given = units.output_suffix(name) or unit
+    if units.UNITS[given].quantity != quantity:
+        have = f"in {units.symbol(given)}, the output in {units.symbol(unit)}"
+        raise InputError(f"{path}: {_KEY}.reference={name} is {have}; one cannot be subtracted from the other")
+    return Source(f"reference_{unit}", name, given, unit)

@@ -1,0 +1,58 @@
+"""Tables as a stream of checked numbers: whatever the file, chunks of finite float64 columns whose first one increases strictly."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+from types import ModuleType
+
+import numpy as np
+
+from zoo.errors import InputError
+from zoo.measurements import csv_table, parquet_table
+from zoo.measurements.files import suffix
+
+CHUNK_BYTES = 4 << 20
+
+
+def column_names(path: Path) -> tuple[str, ...]:
+    """The names in a file's header.
+
+    Raises:
+        InputError: unknown kind of file, empty, not what its name says, or a name that occurs twice.
+    """
+    names = _kind(path).column_names(path)
+    twice = sorted({name for name in names if name and names.count(name) > 1})
+    if twice:
+        raise InputError(f"{path}: the header has {', '.join(twice)} more than once; a column's name must be unique")
+    return names
+
+
+def _kind(path: Path) -> ModuleType:
+    return parquet_table if suffix(path) == ".parquet" else csv_table
+
+
+def chunks(path: Path, columns: Sequence[str], chunk_bytes: int = CHUNK_BYTES) -> Iterator[np.ndarray]:
+    """Reads some columns of a file in bounded memory.
+
+    Args:
+        path: .csv, .csv.gz or .parquet.
+        columns: names from the header, the time first.
+        chunk_bytes: about how much of the file to hold at a time.
+
+    Yields:
+        (M, C) float64, M rows in the file's order.
+
+    Raises:
+        InputError: no rows; a cell that is no finite number; a time that does not increase. Names the row, the column and what was found.
+    """
+    kind = _kind(path)
+    last, rows = -np.inf, 0
+    for chunk in kind.chunks(path, columns, chunk_bytes):
+        time = chunk[:, 0]
+        if not np.isfinite(chunk).all() or not (np.diff(time, prepend=last) > 0).all():
+            kind.explain(path, columns, chunk, rows, last)
+        last, rows = float(time[-1]), rows + len(chunk)
+        yield chunk
+    if rows == 0:
+        raise InputError(f"{path}: has a header and no rows; there is nothing to read")

@@ -1,0 +1,64 @@
+"""Measurement files written whole or not at all."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Mapping
+from pathlib import Path
+
+import pandas as pd
+import pyarrow as pa
+import pyarrow.parquet
+from torch import Tensor
+
+from zoo.artifacts import replacing
+from zoo.measurements.files import suffix
+
+Columns = Mapping[str, object]
+
+
+def write_measurements(path: str | Path, data: pd.DataFrame | Columns | Iterable[pd.DataFrame]) -> Path:
+    """Writes a measurement file in the format that its name tells; numbers read back exactly.
+
+    Args:
+        path: .csv, .csv.gz or .parquet.
+        data: a frame; columns by name, each (T,) numbers, array or tensor; or frames with the same columns to be written one after the
+            other, so that a table of any length is written in bounded memory.
+
+    Returns:
+        The path.
+
+    Raises:
+        InputError: the folder cannot be written to, or the ending is none of the three.
+    """
+    target = Path(path)
+    kind = suffix(target)
+    with replacing(target) as temporary:
+        if kind == ".parquet":
+            _write_parquet(temporary, _frames(data))
+        else:
+            _write_csv(temporary, _frames(data), gzipped=kind == ".csv.gz")
+    return target
+
+
+def _frames(data: pd.DataFrame | Columns | Iterable[pd.DataFrame]) -> Iterator[pd.DataFrame]:
+    if isinstance(data, pd.DataFrame):
+        yield data
+    elif isinstance(data, Mapping):
+        yield pd.DataFrame({name: value.detach().cpu().numpy() if isinstance(value, Tensor) else value for name, value in data.items()})
+    else:
+        yield from data
+
+
+def _write_csv(path: Path, frames: Iterator[pd.DataFrame], gzipped: bool) -> None:
+    # Without a time stamp inside, equal data give equal files.
+    compression = {"method": "gzip", "compresslevel": 6, "mtime": 0} if gzipped else None
+    for place, frame in enumerate(frames):
+        frame.to_csv(path, index=False, header=place == 0, mode="a" if place else "w", compression=compression, lineterminator="\n")
+
+
+def _write_parquet(path: Path, frames: Iterator[pd.DataFrame]) -> None:
+    table = pa.Table.from_pandas(next(frames), preserve_index=False)
+    with pa.parquet.ParquetWriter(path, table.schema) as writer:
+        writer.write_table(table)
+        for frame in frames:
+            writer.write_table(pa.Table.from_pandas(frame, schema=table.schema, preserve_index=False))

@@ -1,0 +1,1 @@
+"""The zoo: bare modules without training code, scriptable."""

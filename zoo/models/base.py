@@ -1,0 +1,56 @@
+"""What every model of the zoo is to the rest of the house."""
+
+from __future__ import annotations
+
+from torch import Tensor, nn
+
+
+class Model(nn.Module):
+    """Abstract: predicts the gyro's error from the raw columns of one run.
+
+    Subclasses are final, hold no training code and can be scripted.
+
+    Attributes:
+        inputs: the raw columns that `forward` takes, in that order, named as in a measurement file; the first is ``time_s``.
+    """
+
+    inputs: list[str]
+
+    def forward(self, x: Tensor) -> Tensor:
+        """Predict the error.
+
+        Args:
+            x: (T, C) raw columns `inputs` of one run, in the file's units, in time order, float64.
+
+        Returns:
+            (T,) predicted error [output's unit], to be subtracted from the output.
+        """
+        raise NotImplementedError
+
+
+class FeatureModel(Model):
+    """Abstract: a model that is a static map of features, so that it can be trained on block means of its features.
+
+    `forward(x)` is ``head(features(x))``. Features hold all memory (rates, lags); the head has none.
+    """
+
+    def features(self, x: Tensor) -> Tensor:
+        """(T, C) raw columns of one run -> (T, F) physical features, such as temperature [°C] and its rate [K/min]."""
+        raise NotImplementedError
+
+    def head(self, features: Tensor) -> Tensor:
+        """(..., F) features -> (...) predicted error [output's unit]; scaling of inputs and output lives in here."""
+        raise NotImplementedError
+
+    def standardise(self, features: Tensor, error: Tensor) -> None:
+        """Set the scaler's buffers from training data.
+
+        Args:
+            features: (M, F).
+            error: (M,) [output's unit].
+        """
+        raise NotImplementedError
+
+    def forward(self, x: Tensor) -> Tensor:
+        """Predict the error, see `Model.forward`."""
+        return self.head(self.features(x))

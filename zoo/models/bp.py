@@ -1,0 +1,41 @@
+"""The back-propagation network of the compensation papers: one hidden layer of tanh nodes."""
+
+from typing import cast
+
+from torch import Tensor, float64, nn, tanh
+
+from zoo.errors import InputError
+from zoo.models.base import FeatureModel
+from zoo.models.features import Features
+from zoo.models.scaler import Scaler
+from zoo.physics.differentiator import SMOOTHING_S
+
+
+class BP(FeatureModel):
+    """Three layers: features, tanh nodes, one linear output; both ends standardised.
+
+    Source: qiu2023, which takes 3 to 12 hidden nodes from N = sqrt(m + n) + a and chooses 9.
+    """
+
+    def __init__(self, features: list[str], hidden: int = 9, smoothing_s: float = SMOOTHING_S) -> None:
+        super().__init__()
+        if hidden < 1:
+            raise InputError(f"model.hidden={hidden}: at least 1 node is needed")
+        self.extract = Features(features, smoothing_s)
+        self.inputs = self.extract.inputs
+        self.scaler = Scaler(len(features))
+        self.hidden = nn.Linear(len(features), hidden, dtype=float64)
+        self.output = nn.Linear(hidden, 1, dtype=float64)
+
+    def features(self, x: Tensor) -> Tensor:
+        """See `FeatureModel.features`."""
+        return cast(Tensor, self.extract(x))
+
+    def head(self, features: Tensor) -> Tensor:
+        """See `FeatureModel.head`."""
+        value = self.output(tanh(self.hidden(self.scaler(features))))
+        return self.scaler.restore(value.squeeze(-1))
+
+    def standardise(self, features: Tensor, error: Tensor) -> None:
+        """See `FeatureModel.standardise`."""
+        self.scaler.fit(features, error)

@@ -1,0 +1,68 @@
+"""The grey box's columns on the block means of several runs, whitened: what variable projection works on."""
+
+from __future__ import annotations
+
+import torch
+from torch import Tensor
+
+from zoo.effects.base import Effect, History
+from zoo.effects.bounds import to_physical
+from zoo.measurements.run import Run
+from zoo.models.graybox import GrayBox
+from zoo.scoring.noise import Whitener
+
+CHUNK_ELEMENTS = 6_000_000
+
+
+class Design:
+    """A grey box and the runs it is fitted to."""
+
+    def __init__(self, model: GrayBox, runs: list[Run], whitener: Whitener, numbers: list[int] | None = None) -> None:
+        """Keep the runs' tensors ready.
+
+        Args:
+            model: the grey box.
+            runs: R runs with the model's inputs.
+            whitener: for the block means of these runs, in this order.
+            numbers: number of each run, from 1 (for effects that happen in one run).
+        """
+        self.model, self.runs, self.whitener = model, runs, whitener
+        self.numbers = numbers or list(range(1, len(runs) + 1))
+        self.raw = [run.select(model.inputs) for run in runs]
+        self.error = torch.cat([run.block_mean(run.error) for run in runs])
+        self.target = whitener(self.error.unsqueeze(-1)).squeeze(-1)
+
+    def columns(self, theta: Tensor) -> Tensor:
+        """(B, P) in 0…1 -> whitened columns (B, N, K)."""
+        return self.whitener(self.plain_columns(theta))
+
+    def plain_columns(self, theta: Tensor) -> Tensor:
+        """(B, P) in 0…1 -> block means of the columns (B, N, K) [unit per amplitude]."""
+        length = max(raw.shape[0] for raw in self.raw)
+        width = sum(len(effect.amplitudes) for _, effect in self.model.named_effects())
+        size = max(1, CHUNK_ELEMENTS // (length * max(width, 1)))
+        return torch.cat([self._some(part) for part in theta.split(size)])
+
+    def _some(self, theta: Tensor) -> Tensor:
+        with torch.no_grad():
+            parts = [run.block_mean_columns(self.model.columns(raw, theta, number)) for run, raw, number in zip(self.runs, self.raw, self.numbers, strict=True)]
+        return torch.cat(parts, dim=-2)
+
+    def histories(self, theta: Tensor) -> list[dict[str, History]]:
+        """The places' histories of each run at one θ (P,)."""
+        parameters = [p for _, p in self.model.parameters_of_theta()]
+        coil = to_physical(theta, parameters)[: len(self.model.coil_parameters)]
+        return [self.model.histories(raw, coil, number) for raw, number in zip(self.raw, self.numbers, strict=True)]
+
+    def effect_columns(self, effect: Effect, places: list[dict[str, History]], shapes: Tensor) -> Tensor:
+        """Whitened columns of one effect for many shapes at fixed histories: (G, S) physical -> (G, N, K)."""
+        length = max(raw.shape[0] for raw in self.raw)
+        size = max(1, CHUNK_ELEMENTS // (length * len(effect.amplitudes)))
+        found = []
+        for part in shapes.split(size):
+            blocks = []
+            for run, place in zip(self.runs, places, strict=True):
+                columns = effect.columns(place[effect.place], part)
+                blocks.append(run.block_mean_columns(columns.expand(len(part), *columns.shape[-2:])))
+            found.append(self.whitener(torch.cat(blocks, dim=-2)))
+        return torch.cat(found)

@@ -1,0 +1,106 @@
+"""The grey box: a sum of physical effects at temperatures that are estimated with them."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import torch
+from torch import Tensor, nn
+
+from zoo.effects.base import Effect, History, Parameter
+from zoo.effects.bounds import to_physical, to_unit
+from zoo.errors import InputError
+from zoo.models.base import Model
+from zoo.models.places import coil_parameters, histories
+
+
+class GrayBox(Model):
+    """Error = Σ effects, each at the place where it lives.
+
+    Nonlinear parameters (the coil's lag and weights, the effects' shapes) lie in one vector θ with every bound at 0…1; amplitudes are linear.
+    """
+
+    def __init__(self, effects: dict[str, Effect], inputs: list[str]) -> None:
+        """Assemble.
+
+        Args:
+            effects: by name, in the order of the report.
+            inputs: raw columns of `forward`; ``time_s`` and ``temperature_c`` first, ``reference_<unit>`` last.
+
+        Raises:
+            InputError: an effect needs a column that is not there.
+        """
+        super().__init__()
+        self.inputs = list(inputs)
+        self.thermometers = [name for name in inputs if name.startswith("temperature_")]
+        self.effects = nn.ModuleDict(effects)
+        for name, effect in effects.items():
+            missing = [column for column in effect.needs if column not in inputs]
+            if missing:
+                raise InputError(f"effect '{name}' needs the column {', '.join(missing)}; the runs have {', '.join(inputs)}")
+        self.coil_parameters = coil_parameters(self.thermometers)
+        self.coil_value = nn.Parameter(torch.tensor([p.default for p in self.coil_parameters], dtype=torch.float64))
+
+    def named_effects(self) -> Iterator[tuple[str, Effect]]:
+        """The effects with their names, in order."""
+        for name, effect in self.effects.items():
+            assert isinstance(effect, Effect)
+            yield name, effect
+
+    def parameters_of_theta(self) -> tuple[tuple[str, Parameter], ...]:
+        """Owner (``"coil"`` or an effect) and declaration of every entry of θ."""
+        own = [("coil", p) for p in self.coil_parameters]
+        return (*own, *((name, p) for name, effect in self.named_effects() for p in effect.shape))
+
+    def theta(self) -> Tensor:
+        """(P,) the present nonlinear parameters in 0…1."""
+        physical = torch.cat([self.coil_value, *(effect.shape_value for _, effect in self.named_effects())]).detach()
+        return to_unit(physical, [p for _, p in self.parameters_of_theta()])
+
+    @torch.no_grad()
+    def assign(self, theta: Tensor, amplitudes: Tensor) -> None:
+        """Take over a fit: θ (P,) in 0…1 and amplitudes (K,)."""
+        physical = to_physical(theta, [p for _, p in self.parameters_of_theta()])
+        self.coil_value.copy_(physical[: len(self.coil_parameters)])
+        at, column = len(self.coil_parameters), 0
+        for _, effect in self.named_effects():
+            effect.shape_value.copy_(physical[at : at + len(effect.shape)])
+            effect.amplitude.copy_(amplitudes[column : column + len(effect.amplitudes)])
+            at, column = at + len(effect.shape), column + len(effect.amplitudes)
+
+    def histories(self, x: Tensor, coil_value: Tensor, run: int = 1) -> dict[str, History]:
+        """The history at each place, from raw columns (T, C) and the coil's parameters (..., P)."""
+        table = {name: x[:, i] for i, name in enumerate(self.inputs) if name.endswith(("_v", "_ut", "_pct", "_kpa"))}
+        table["reference"] = x[:, -1]
+        thermometers = torch.stack([x[:, self.inputs.index(name)] for name in self.thermometers], dim=-1)
+        return histories(x[:, 0], table, thermometers, coil_value, run)
+
+    def columns(self, x: Tensor, theta: Tensor, run: int = 1) -> Tensor:
+        """Columns of all effects for a batch of θ.
+
+        Args:
+            x: (T, C) raw columns of one run.
+            theta: (B, P) in 0…1.
+            run: number of the run, from 1.
+
+        Returns:
+            (B, T, K).
+        """
+        physical = to_physical(theta, [p for _, p in self.parameters_of_theta()])
+        places = self.histories(x, physical[:, : len(self.coil_parameters)], run)
+        at, parts = len(self.coil_parameters), []
+        for _, effect in self.named_effects():
+            shape = physical[:, at : at + len(effect.shape)]
+            at += len(effect.shape)
+            part = effect.columns(places[effect.place], shape)
+            parts.append(part.expand(theta.shape[0], *part.shape[-2:]))
+        return torch.cat(parts, dim=-1)
+
+    def shares(self, x: Tensor, run: int = 1) -> dict[str, Tensor]:
+        """(T,) error of each effect [output's unit] by name."""
+        places = self.histories(x, self.coil_value, run)
+        return {name: effect(places[effect.place]) for name, effect in self.named_effects()}
+
+    def forward(self, x: Tensor) -> Tensor:
+        """Predict the error, see `Model.forward`."""
+        return torch.stack(list(self.shares(x).values())).sum(0)

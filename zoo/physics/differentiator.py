@@ -1,0 +1,46 @@
+"""Rate of a measured temperature: the stated smoothing differentiator, causal and exact for any sampling."""
+
+from __future__ import annotations
+
+import torch
+from torch import Tensor
+
+from zoo.physics.lag import lagged
+from zoo.physics.recurrence import affine
+from zoo.units import convert
+
+SMOOTHING_S = 60.0
+
+
+def temperature_rate(time: Tensor, temperature: Tensor, tau: float | Tensor = SMOOTHING_S) -> Tensor:
+    """Rate of temperature through two equal lags in cascade, r = (x1 − x2)/τ with τ·dx1/dt = T − x1 and τ·dx2/dt = x1 − x2.
+
+    Its transfer function is s/(1 + τs)². What follows from it:
+
+    - a step D of the thermometer (its resolution) gives D·t/τ²·exp(−t/τ): never more than D/(e·τ), whatever the sampling rate;
+    - a ramp gives its slope exactly after a few τ, late by 2τ;
+    - before the first sample the temperature is taken to have been constant, so the rate starts at zero.
+
+    The temperature is linear between samples. With b the slope over a step h, a = exp(−h/τ) and c = x1[k−1] − T[k−1] + b·τ, both lags
+    are solved in closed form:  r[k] = a·r[k−1] + (1 − a)·b − a·(h/τ²)·c.  Inserting samples on the straight lines changes nothing.
+
+    Args:
+        time: (T,) strictly increasing [s].
+        temperature: (..., T) [°C or K].
+        tau: (...) smoothing time τ [s], positive.
+
+    Returns:
+        (..., T) [K/min].
+    """
+    smoothing = torch.as_tensor(tau, dtype=temperature.dtype, device=temperature.device)
+    once = lagged(time, temperature, smoothing)
+    smoothing = smoothing.unsqueeze(-1)
+    step = torch.diff(time)
+    slope = torch.diff(temperature) / step
+    ratio = step / smoothing
+    decay = torch.exp(-ratio)
+    behind = once[..., :-1] - temperature[..., :-1] + slope * smoothing
+    gain = -torch.expm1(-ratio) * slope - decay * ratio / smoothing * behind
+    start = torch.zeros_like(once[..., 0])
+    rate = torch.cat([start.unsqueeze(-1), affine(decay, gain, start)], dim=-1)
+    return rate * convert(1.0, "min", "s")

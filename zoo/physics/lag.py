@@ -1,0 +1,49 @@
+"""First-order lags: what a thermometer, a coil or a housing does to the temperature that drives it."""
+
+from __future__ import annotations
+
+import torch
+from torch import Tensor
+
+from zoo.physics.recurrence import affine
+
+
+def lagged(time: Tensor, drive: Tensor, tau: Tensor, start: Tensor | None = None) -> Tensor:
+    """Solution of τ·dx/dt = u(t) − x, exact for a drive that is linear between samples.
+
+    With h the step, a = exp(−h/τ) and m = (τ/h)(1 − a):  x[k] = a·x[k−1] + (m − a)·u[k−1] + (1 − m)·u[k].
+
+    Args:
+        time: (T,) strictly increasing [s].
+        drive: (..., T) u, any unit.
+        tau: (...) time constant [s], positive.
+        start: (...) x at the first sample; where None, the drive's first value (soaked).
+
+    Returns:
+        (..., T) x in the drive's unit.
+    """
+    tau = tau.unsqueeze(-1)
+    ratio = torch.diff(time) / tau
+    decay = torch.exp(-ratio)
+    mean = -torch.expm1(-ratio) / ratio
+    forced = (mean - decay) * drive[..., :-1] + (1 - mean) * drive[..., 1:]
+    first = drive[..., 0] if start is None else start
+    first = first + torch.zeros_like(tau.squeeze(-1))
+    rest = affine(decay, forced, first)
+    return torch.cat([first.unsqueeze(-1), rest], dim=-1)
+
+
+def lagged_rate(time: Tensor, drive: Tensor, tau: Tensor) -> Tensor:
+    """Rate dx/dt = (u − x)/τ of a drive seen through a lag: a differentiator that cannot amplify a step of the drive by more than 1/τ.
+
+    A thermometer's quantisation step Δ appears as a jump of Δ/τ that decays within τ, whatever the sampling rate. The estimate is causal and late by τ.
+
+    Args:
+        time: (T,) [s].
+        drive: (..., T).
+        tau: (...) smoothing time [s].
+
+    Returns:
+        (..., T) [drive's unit per second].
+    """
+    return (drive - lagged(time, drive, tau)) / tau.unsqueeze(-1)

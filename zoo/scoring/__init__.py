@@ -1,0 +1,1 @@
+"""Numbers that judge: bias stability and RMS by stage, noise floor, residual tests."""

@@ -1,0 +1,36 @@
+"""What a swarm algorithm is: a module with `init`, `ask` and `tell` on a state that is a tuple of tensors."""
+
+from __future__ import annotations
+
+from typing import Any, Protocol
+
+from torch import Generator, Tensor
+
+
+class SwarmState(Protocol):
+    """What every state tells, whatever the algorithm keeps besides."""
+
+    @property
+    def leader(self) -> Tensor:
+        """(..., D) best position found so far."""
+
+    @property
+    def leader_cost(self) -> Tensor:
+        """(...) its cost."""
+
+    @property
+    def evaluations(self) -> int:
+        """Costs told so far, per swarm."""
+
+
+class SwarmAlgorithm(Protocol):
+    """A module such as `zoo.swarm.pso`; pure functions that know nothing of what the positions mean."""
+
+    def init(self, low: Tensor, high: Tensor, particles: int, generator: Generator, **settings: Any) -> Any:
+        """Place the swarm in the box (..., D) and return its state."""
+
+    def ask(self, state: Any) -> Tensor:
+        """(..., P, D) positions whose cost is wanted."""
+
+    def tell(self, state: Any, cost: Tensor, generator: Generator) -> Any:
+        """The next state, given the (..., P) costs of the positions asked for."""

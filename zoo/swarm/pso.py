@@ -1,0 +1,139 @@
+"""Particle swarm as ask/tell on a tuple of tensors.
+
+v <- K·(w·v + c1·r1·(own best − x) + c2·r2·(leader − x)),  x <- x + v,  r1, r2 uniform in [0, 1) for every particle and dimension.
+The inertia w falls linearly over `steps` (Shi & Eberhart 1998); c1 = c2 = 1.49445 and the optional factor K are those of Clerc's constriction
+(Eberhart & Shi 2000). All functions work on any number of leading axes: several swarms at once.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import torch
+from torch import Generator, Tensor
+
+
+@dataclass(frozen=True)
+class Settings:
+    """The numbers that steer a swarm.
+
+    Attributes:
+        inertia_start: w at the first step.
+        inertia_end: w after `steps` steps and ever after.
+        steps: length of the inertia's fall.
+        pull_own: c1, towards a particle's own best.
+        pull_leader: c2, towards the swarm's best.
+        velocity: largest velocity, as a fraction of the box's width.
+        constriction: K; 1 leaves the velocity as it is.
+    """
+
+    inertia_start: float = 0.9
+    inertia_end: float = 0.4
+    steps: int = 100
+    pull_own: float = 1.49445
+    pull_leader: float = 1.49445
+    velocity: float = 0.15
+    constriction: float = 1.0
+
+
+class PSOState(NamedTuple):
+    """A swarm of P particles in D dimensions, (...) swarms at once.
+
+    Attributes:
+        low: (..., D) lower bounds.
+        high: (..., D) upper bounds.
+        position: (..., P, D).
+        speed: (..., P, D) per step.
+        own: (..., P, D) each particle's best position.
+        own_cost: (..., P) its cost, infinite before the first `tell`.
+        leader: (..., D) the swarm's best position.
+        leader_cost: (...) its cost.
+        step: steps taken.
+        evaluations: costs told so far, per swarm.
+        settings: see `Settings`.
+    """
+
+    low: Tensor
+    high: Tensor
+    position: Tensor
+    speed: Tensor
+    own: Tensor
+    own_cost: Tensor
+    leader: Tensor
+    leader_cost: Tensor
+    step: int
+    evaluations: int
+    settings: Settings
+
+
+def init(low: Tensor, high: Tensor, particles: int, generator: Generator, **settings: float) -> PSOState:
+    """Place a swarm at random in a box.
+
+    Args:
+        low: (..., D) lower bounds.
+        high: (..., D) upper bounds, above `low`.
+        particles: P.
+        generator: source of chance.
+        **settings: see `Settings`.
+
+    Raises:
+        ValueError: an empty swarm or box.
+    """
+    if particles < 1:
+        raise ValueError(f"particles={particles}: a swarm needs at least 1")
+    if not bool((high > low).all()):
+        raise ValueError("a swarm's box needs high > low in every dimension")
+    chosen = Settings(**settings)  # type: ignore[arg-type]
+    width = (high - low).unsqueeze(-2)
+    shape = (*low.shape[:-1], particles, low.shape[-1])
+    position = low.unsqueeze(-2) + width * _uniform(shape, low, generator)
+    speed = chosen.velocity * width * (2 * _uniform(shape, low, generator) - 1)
+    infinite = low.new_full(shape[:-1], torch.inf)
+    return PSOState(low, high, position, speed, position, infinite, position[..., 0, :], infinite[..., 0], 0, 0, chosen)
+
+
+def ask(state: PSOState) -> Tensor:
+    """(..., P, D) positions whose cost is wanted, all inside the box."""
+    return state.position
+
+
+def tell(state: PSOState, cost: Tensor, generator: Generator) -> PSOState:
+    """Move the swarm, given the costs of the positions asked for.
+
+    Args:
+        state: the swarm.
+        cost: (..., P); NaN counts as infinitely bad.
+        generator: source of chance.
+    """
+    cost = torch.nan_to_num(cost.detach().to(state.own_cost), nan=torch.inf, posinf=torch.inf, neginf=-torch.inf)
+    better = cost < state.own_cost
+    own = torch.where(better.unsqueeze(-1), state.position, state.own)
+    own_cost = torch.where(better, cost, state.own_cost)
+    leader_cost, which = own_cost.min(dim=-1)
+    leader = own.gather(-2, which[..., None, None].expand(*which.shape, 1, own.shape[-1])).squeeze(-2)
+    position, speed = _move(state, own, leader, generator)
+    best = state._replace(own=own, own_cost=own_cost, leader=leader, leader_cost=leader_cost)
+    return best._replace(position=position, speed=speed, step=state.step + 1, evaluations=state.evaluations + cost.shape[-1])
+
+
+def _move(state: PSOState, own: Tensor, leader: Tensor, generator: Generator) -> tuple[Tensor, Tensor]:
+    s, x = state.settings, state.position
+    low, high = state.low.unsqueeze(-2), state.high.unsqueeze(-2)
+    inertia = s.inertia_start + (s.inertia_end - s.inertia_start) * min(state.step / max(s.steps, 1), 1.0)
+    own_pull = s.pull_own * _uniform(x.shape, x, generator) * (own - x)
+    leader_pull = s.pull_leader * _uniform(x.shape, x, generator) * (leader.unsqueeze(-2) - x)
+    speed = s.constriction * (inertia * state.speed + own_pull + leader_pull)
+    # Limited by the box's width: limits taken from its bounds would forbid a box of positive bounds any negative speed.
+    limit = s.velocity * (high - low)
+    speed = torch.maximum(torch.minimum(speed, limit), -limit)
+    moved = x + speed
+    # Walls reflect. Particles clamped to a wall make it a leader and all own bests, and with no speed left they never leave it.
+    inside = torch.where(moved > high, 2 * high - moved, torch.where(moved < low, 2 * low - moved, moved))
+    position = torch.maximum(torch.minimum(inside, high), low)
+    return position, torch.where(moved == inside, speed, -0.5 * speed)
+
+
+def _uniform(shape: tuple[int, ...] | torch.Size, like: Tensor, generator: Generator) -> Tensor:
+    # Drawn on the generator's device, so that a CPU generator gives a CUDA swarm the same path.
+    return torch.rand(shape, generator=generator, dtype=like.dtype, device=generator.device).to(like.device)
