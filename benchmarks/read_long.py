@@ -31,29 +31,37 @@ print(json.dumps([time.perf_counter() - start, run.rows, len(run.time), run.bloc
 
 
 def frames(rows: int, chunk: int = 200_000) -> Iterator[pd.DataFrame]:
-    """A ramp up and down with white noise on the rate, seven digits a cell."""
+    """One swing of the temperature, and a rate that follows it with white noise."""
     random = np.random.default_rng(1)
     for start in range(0, rows, chunk):
         row = np.arange(start, min(start + chunk, rows))
-        temperature = 20 + 40 * np.sin(2 * np.pi * row / rows)
-        rate = 0.01 * temperature + random.normal(0, 1, len(row))
-        yield pd.DataFrame({"time_s": row / RATE_HZ, "temperature_c": temperature.round(4), "temperature_case_c": (temperature + 1).round(4), "rate_dph": rate.round(5)})
+        temperature = (20 + 40 * np.sin(2 * np.pi * row / rows)).round(4)
+        rate = (0.01 * temperature + random.normal(0, 1, len(row))).round(5)
+        yield pd.DataFrame({"time_s": row / RATE_HZ, "temperature_c": temperature, "temperature_case_c": temperature + 1, "rate_dph": rate})
+
+
+def measure(path: Path, average: str | float) -> str:
+    """Reads one file in a new process; a line of the table."""
+    command = [sys.executable, "-c", CHILD, str(path), json.dumps(average)]
+    done = subprocess.run(command, capture_output=True, text=True, check=True)
+    seconds, rows, fine, blocks, length, before, peak = json.loads(done.stdout)
+    asked = f"auto:{length:g}" if average == "auto" else f"{length:g}"
+    size, speed = path.stat().st_size / 1e6, rows / seconds / 1e6
+    return (
+        f"{size:>5.0f} {asked:>9} {seconds:>6.2f} {speed:>7.2f} {fine:>7} {blocks:>6} {before:>10.0f} {peak:>8.0f} {peak - before:>10.0f}"
+    )
 
 
 def main(rows: int) -> None:
-    """Writes the three files to a temporary folder and prints a table."""
-    print(f"{rows} rows, {rows / RATE_HZ / 3600:g} h at {RATE_HZ} Hz")
-    print(f"{'file':<8} {'MB':>5} {'average_s':>9} {'s':>6} {'Mrow/s':>7} {'fine':>7} {'blocks':>6} {'RSS before, MB':>15} {'peak, MB':>9} {'growth, MB':>11}")
+    """Writes the files to a temporary folder and prints the table."""
+    print(
+        f"{rows} rows, {rows / RATE_HZ / 3600:g} h at {RATE_HZ} Hz; RSS of the reading process in MB, torch and pandas being loaded before"
+    )
+    print("file        MB average_s      s  Mrow/s    fine blocks RSS before RSS peak RSS growth")
     with tempfile.TemporaryDirectory() as folder:
         paths = {kind: write_measurements(Path(folder) / f"long.{kind}", frames(rows)) for kind in ("csv", "csv.gz", "parquet")}
         for kind, average in CASES:
-            done = subprocess.run([sys.executable, "-c", CHILD, str(paths[kind]), json.dumps(average)], capture_output=True, text=True, check=True)
-            seconds, read, fine, blocks, length, before, peak = json.loads(done.stdout)
-            size = paths[kind].stat().st_size / 1e6
-            print(
-                f"{kind:<8} {size:>5.0f} {f'{average}' if average != 'auto' else f'auto:{length:g}':>9} {seconds:>6.2f} {read / seconds / 1e6:>7.2f} {fine:>7} "
-                f"{blocks:>6} {before:>15.0f} {peak:>9.0f} {peak - before:>11.0f}"
-            )
+            print(f"{kind:<8} {measure(paths[kind], average)}")
 
 
 if __name__ == "__main__":

@@ -1,5 +1,7 @@
 """Stages: every block once, and cut where the chamber changed."""
 
+import itertools
+
 import pytest
 import torch
 from hypothesis import given, settings
@@ -82,7 +84,7 @@ def test_every_block_is_covered_once_whatever_the_run(total: int, block_s: float
     stages = label_stages(time, temperature)
     assert [index for stage in stages for index in range(stage.from_index, stage.to_index)] == list(range(total))
     assert all(stage.kind in KINDS for stage in stages)
-    assert all(one.kind != two.kind for one, two in zip(stages[:-1], stages[1:], strict=True))
+    assert all(one.kind != two.kind for one, two in itertools.pairwise(stages))
     assert sum(int(stage_mask(stages, kind).sum()) for kind in KINDS) == total == len(stage_names(stages))
 
 

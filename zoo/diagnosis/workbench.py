@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import copy
 import math
 from dataclasses import dataclass
 from functools import cached_property
@@ -87,7 +88,8 @@ class Workbench:
 
     def design(self, names: tuple[str, ...]) -> Design:
         """The columns of a set of effects on the runs."""
-        return Design(GrayBox({name: self.effects[name] for name in names}, self.inputs), self.runs, self.whitener)
+        effects = {name: copy.deepcopy(self.effects[name]) for name in names}
+        return Design(GrayBox(effects, self.inputs), self.runs, self.whitener)
 
     def solve(self, names: tuple[str, ...], starts: list[Tensor] | None = None) -> Solved:
         """Fit a set of effects, from the best of the given starts; solutions are remembered.
@@ -102,7 +104,7 @@ class Workbench:
         design = self.design(names)
         trials = torch.stack(starts) if starts else self._coarse(design)
         costs = project(design.columns(trials), design.target).cost
-        order = costs.argsort()[: 1 if starts is None else 2]
+        order = costs.argsort()[:1]
         fits = [fit(design.columns, design.target, trials[i]) for i in order]
         known = [self._solved[key].fit] if key in self._solved and self._solved[key].names == names else []
         best = min([*fits, *known], key=lambda found: found.cost)
@@ -121,6 +123,24 @@ class Workbench:
         coarse = self._coarse(base.design, base.fit.theta)
         starts = [near, *torch.cat([coarse, own.expand(len(coarse), -1)], dim=1)]
         return self.solve((*base.names, name), starts)
+
+    def known(self, names: tuple[str, ...]) -> Solved | None:
+        """The solution of these effects, if it was found before."""
+        return self._solved.get(frozenset(names))
+
+    def add(self, base: Solved, name: str) -> Solved:
+        """Refit with one more effect, its shape searched for."""
+        from zoo.diagnosis.screening import screen  # screening works on a bench
+
+        return self.extend(base, name, screen(self, base, [name])[0].shape)
+
+    def peek(self, base: Solved, name: str, shape: Tensor) -> Solved:
+        """One more effect without a refit of anything nonlinear."""
+        design = self.design((*base.names, name))
+        theta = torch.cat([base.fit.theta, to_unit(shape, self.effects[name].shape)])
+        found = fit(design.columns, design.target, theta, iterations=0)
+        design.model.assign(found.theta, found.amplitudes)
+        return Solved((*base.names, name), design.model, design, found)
 
     def without(self, full: Solved, name: str) -> Solved:
         """Refit with one effect less, started from the full model's parameters."""

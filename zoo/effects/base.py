@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import ClassVar, Literal
 
 import torch
@@ -64,6 +64,10 @@ class History:
     inputs: dict[str, Tensor] = field(default_factory=dict)
     run: int = 1
 
+    def take(self, index: Tensor) -> History:
+        """The histories of a batch at the given places of its leading axis: index (B,) -> batch of B."""
+        return replace(self, temperature=self.temperature[index], rate=self.rate[index], gradient=self.gradient[index])
+
 
 class Effect(nn.Module):
     """Abstract: one physical contribution to the gyro's error.
@@ -122,6 +126,11 @@ class Effect(nn.Module):
     def forward(self, history: History) -> Tensor:
         """(T,) the effect's share of the error [output's unit]: columns · amplitudes."""
         return self.columns(history, self.shape_value) @ self.amplitude
+
+
+def spread(columns: Tensor, shape: Tensor) -> Tensor:
+    """Columns that do not depend on the shape, repeated for a batch of shapes: (T, K) or (B, T, K), (B, S) -> (B, T, K)."""
+    return columns.expand(*shape.shape[:-1], *columns.shape[-2:]) if columns.dim() == 2 else columns
 
 
 def grid_values(parameter: Parameter, runs: int) -> Tensor:

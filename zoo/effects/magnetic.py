@@ -5,7 +5,7 @@ from __future__ import annotations
 import torch
 from torch import Tensor
 
-from zoo.effects.base import Effect, History, Parameter
+from zoo.effects.base import Effect, History, Parameter, spread
 
 
 REFERENCE_C = 20.0
@@ -32,4 +32,4 @@ class Magnetic(Effect):
         """B [µT] and θ·B [K·µT], see `Effect.columns`; no shape."""
         field = history.inputs["field_ut"]
         columns = torch.stack(torch.broadcast_tensors(field, field * (history.temperature - REFERENCE_C)), dim=-1)
-        return columns.expand(*torch.broadcast_shapes(shape.shape[:-1], columns.shape[:-2]), *columns.shape[-2:])
+        return spread(columns, shape)

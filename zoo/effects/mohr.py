@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-import torch
 from torch import Tensor
 
-from zoo.effects.base import Effect, History, Parameter
+from zoo.effects.base import Effect, History, Parameter, spread
 
 
 
@@ -29,4 +28,4 @@ class Mohr(Effect):
     def columns(self, history: History, shape: Tensor) -> Tensor:
         """The coil's rate [K/min], see `Effect.columns`; no shape."""
         column = history.rate.unsqueeze(-1)
-        return column.expand(*torch.broadcast_shapes(shape.shape[:-1], column.shape[:-2]), *column.shape[-2:])
+        return spread(column, shape)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import torch
 from torch import Tensor
 
-from zoo.effects.base import Effect, History, Parameter
+from zoo.effects.base import Effect, History, Parameter, spread
 
 
 REFERENCE_C = 20.0
@@ -32,4 +32,4 @@ class RateTemperatureCoupling(Effect):
         """θ·dT/dt [K·K/min] and θ²·dT/dt, see `Effect.columns`; no shape."""
         theta = history.temperature - REFERENCE_C
         columns = torch.stack([theta * history.rate, theta**2 * history.rate], dim=-1)
-        return columns.expand(*torch.broadcast_shapes(shape.shape[:-1], columns.shape[:-2]), *columns.shape[-2:])
+        return spread(columns, shape)

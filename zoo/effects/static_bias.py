@@ -5,7 +5,7 @@ from __future__ import annotations
 import torch
 from torch import Tensor
 
-from zoo.effects.base import Effect, History, Parameter
+from zoo.effects.base import Effect, History, Parameter, spread
 
 
 REFERENCE_C = 20.0
@@ -34,4 +34,4 @@ class StaticBias(Effect):
         """Powers 0 to 3 of θ, see `Effect.columns`; no shape."""
         theta = history.temperature - REFERENCE_C
         columns = torch.stack([torch.ones_like(theta), theta, theta**2, theta**3], dim=-1)
-        return columns.expand(*torch.broadcast_shapes(shape.shape[:-1], columns.shape[:-2]), *columns.shape[-2:])
+        return spread(columns, shape)

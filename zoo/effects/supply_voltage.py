@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from torch import Tensor
 
-from zoo.effects.base import Effect, History, Parameter
+from zoo.effects.base import Effect, History, Parameter, spread
 
 
 NOMINAL_V = 5.0
@@ -27,4 +27,4 @@ class SupplyVoltage(Effect):
     def columns(self, history: History, shape: Tensor) -> Tensor:
         """V − 5 V, see `Effect.columns`; no shape."""
         column = (history.inputs["supply_v"] - NOMINAL_V).unsqueeze(-1)
-        return column.expand(*shape.shape[:-1], *column.shape[-2:])
+        return spread(column, shape)

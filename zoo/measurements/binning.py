@@ -7,8 +7,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-# A sample on a bin's edge, up to rounding, opens the next bin: 0.3 / 0.1 is 2.9999999999999996.
-EDGE = 1e-6
+# A row on a bin's edge, up to rounding, opens the next bin: 0.3 / 0.1 is 2.9999999999999996. In steps, to be the same for all widths.
+EDGE = 1e-4
 
 
 @dataclass(frozen=True, eq=False)
@@ -69,10 +69,10 @@ class Clock:
         longest: the longest of them [s], and the time at which it began [s].
     """
 
-    def __init__(self, tick_s: float, gap_s: float) -> None:
+    def __init__(self, step_s: float, tick_s: float, gap_s: float) -> None:
         self.gaps = 0
         self.longest = (0.0, 0.0)
-        self._tick_s, self._gap_s = tick_s, gap_s
+        self._edge_s, self._tick_s, self._gap_s = EDGE * step_s, tick_s, gap_s
         self._last: float | None = None
         self._start = 0.0
 
@@ -95,7 +95,7 @@ class Clock:
             worst = int(np.argmax(step))
             self.longest = max(self.longest, (float(step[worst]), float(time[worst] - step[worst])))
         self.gaps, self._start, self._last = int(segment[-1]), float(start[-1]), float(time[-1])
-        return segment, np.floor((time - start) / self._tick_s + EDGE).astype(np.int64)
+        return segment, np.floor((time - start + self._edge_s) / self._tick_s).astype(np.int64)
 
 
 class Level:

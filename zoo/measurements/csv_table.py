@@ -19,6 +19,8 @@ from zoo.errors import InputError
 
 _NUMBER = re.compile(r"\s*[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?\s*")
 
+_BINARY = re.compile(r"[\0-\x08\x0e-\x1f]")
+
 
 def column_names(path: Path) -> tuple[str, ...]:
     """The names in the first line.
@@ -33,8 +35,10 @@ def column_names(path: Path) -> tuple[str, ...]:
         raise InputError(f"{path}: cannot be read ({error})") from error
     if not line:
         raise InputError(f"{path}: the file is empty; a header and one row a sample are needed")
-    if "\0" in line or line.startswith(("PAR1", "\x1f\x8b", "PK\x03\x04")):
-        raise InputError(f"{path}: is no text but a binary file; a table in another format needs its own ending (.csv.gz, .parquet)")
+    if _BINARY.search(line) or line.startswith("PAR1"):
+        raise InputError(f"{path}: is no text in UTF-8 but a binary file; other formats need their own ending (.csv.gz, .parquet)")
+    if not line.strip():
+        raise InputError(f"{path}: row 1 is blank; the header must be the first line")
     names = tuple(name.strip() for name in next(csv.reader([line]), []))
     if len(names) < 2 and (found := next((mark for mark in ";\t" if mark in line), None)):
         raise InputError(f"{path}: columns are separated by {found!r}; commas are needed (and a point in decimals)")

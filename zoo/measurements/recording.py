@@ -1,6 +1,7 @@
 """One run on its way from rows to blocks.
 
-Until all runs are known, and with them the block length, it keeps the rows or means over a few nested widths, from which any length can be made.
+Until all runs are known, and with them the block length, it keeps the rows or means over a few nested widths, from which any length can
+be made.
 """
 
 from __future__ import annotations
@@ -62,7 +63,7 @@ class Recording:
             average_s = None
         length = AUTO_S[0] if average_s == "auto" else average_s or step_s
         self._tick_s = length / FINE_PER_BLOCK
-        self.clock = Clock(self._tick_s, gap_s)
+        self.clock = Clock(step_s, self._tick_s, gap_s)
         widths = _NESTED if average_s == "auto" else _NESTED[:1]
         merging = [width for width in widths if average_s is not None and self._merges(width)]
         chain = merging if merging[:1] == [1] else [0, *merging]
@@ -92,6 +93,11 @@ class Recording:
             if place and self._levels[place - 1].done is not None and self._blocks(level, level.width * FINE_PER_BLOCK) >= ENOUGH_BLOCKS:
                 for finer in self._levels[:place]:
                     finer.done = None
+
+    @property
+    def held(self) -> int:
+        """Rows and bins kept at present."""
+        return sum(len(bins) for level in self._levels for bins in level.done or [])
 
     def blocks(self, average_s: float) -> int:
         """How many blocks of a length there are."""

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from functools import cached_property
 
 import torch
 from torch import Tensor
@@ -86,12 +87,17 @@ class Run:
 
     def block_mean_columns(self, value: Tensor) -> Tensor:
         """The same for columns: (..., T, K) -> (..., N, K)."""
-        keep = self.block >= 0
-        index, weight = self.block[keep], self.count[keep].to(value.dtype)
-        total = torch.zeros(self.blocks, dtype=value.dtype, device=value.device).index_add(0, index, weight)
-        sums = value.new_zeros((*value.shape[:-2], self.blocks, value.shape[-1]))
-        sums = sums.index_add(value.dim() - 2, index, value[..., keep, :] * weight.unsqueeze(-1))
-        return sums / total.unsqueeze(-1)
+        wide = value.movedim(-2, 0)
+        means = torch.sparse.mm(self._averager.to(value.dtype), wide.reshape(wide.shape[0], -1))
+        return means.reshape(self.blocks, *wide.shape[1:]).movedim(0, -2)
+
+    @cached_property
+    def _averager(self) -> Tensor:
+        """(N, T) sparse: the share of each fine sample in its block."""
+        keep = torch.nonzero(self.block >= 0).squeeze(-1)
+        index, weight = self.block[keep], self.count[keep].to(self.table.dtype)
+        total = torch.zeros(self.blocks, dtype=weight.dtype, device=weight.device).index_add(0, index, weight)
+        return torch.sparse_coo_tensor(torch.stack([index, keep]), weight / total[index], (self.blocks, self.block.numel())).coalesce()
 
     def block_share(self) -> Tensor:
         """(N,) recorded rows behind each block mean over those of the fullest block."""

@@ -76,7 +76,7 @@ def layout(path: Path, present: Sequence[str], columns: Mapping[str, str | None]
     temperature = _required(path, present, mapped, "temperature", "temperature_c", "c")
     output, notes = _output(path, present, mapped, output_unit)
     reference = _reference(path, present, mapped, output.wanted)
-    others = _thermometers(present, mapped, taken={temperature.column, output.column})
+    others = _thermometers(present, mapped)
     inputs = [Source(role, mapped.get(role, role)) for role in INPUTS if mapped.get(role, role) in present]
     found = Layout(path, output.wanted, (time, temperature, *others, *inputs), output, reference)
     changed = (one for one in found.sources if one.given != one.wanted)
@@ -126,9 +126,9 @@ def _required(path: Path, present: Sequence[str], mapped: Mapping[str, str], rol
     return Source(default, name, given, unit)
 
 
-def _thermometers(present: Sequence[str], mapped: Mapping[str, str], taken: set[str]) -> list[Source]:
+def _thermometers(present: Sequence[str], mapped: Mapping[str, str]) -> list[Source]:
     """Thermometers beside the main one: mapped as ``temperature_NAME``, or called ``temperature_NAME_c``."""
-    found = {name: name for name in present if re.fullmatch(r"temperature_\w+_c", name) and name not in taken | set(mapped.values())}
+    found = {name: name for name in present if re.fullmatch(r"temperature_\w+_c", name) and name not in mapped.values()}
     found |= {f"{role.removesuffix('_c')}_c": name for role, name in mapped.items() if role.startswith("temperature_")}
     return [Source(name, column, units.output_suffix(column, "temperature") or "c", "c") for name, column in sorted(found.items())]
 

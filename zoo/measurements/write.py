@@ -2,8 +2,12 @@
 
 from __future__ import annotations
 
+import gzip
+import io
 from collections.abc import Iterable, Iterator, Mapping
+from contextlib import ExitStack
 from pathlib import Path
+from typing import IO, cast
 
 import pandas as pd
 import pyarrow as pa
@@ -50,10 +54,12 @@ def _frames(data: pd.DataFrame | Columns | Iterable[pd.DataFrame]) -> Iterator[p
 
 
 def _write_csv(path: Path, frames: Iterator[pd.DataFrame], gzipped: bool) -> None:
-    # Without a time stamp inside, equal data give equal files.
-    compression = {"method": "gzip", "compresslevel": 6, "mtime": 0} if gzipped else None
-    for place, frame in enumerate(frames):
-        frame.to_csv(path, index=False, header=place == 0, mode="a" if place else "w", compression=compression, lineterminator="\n")
+    with path.open("wb") as raw, ExitStack() as stack:
+        # Without a name and a time inside, equal data give equal files.
+        binary = stack.enter_context(gzip.GzipFile("", "wb", 6, raw, mtime=0)) if gzipped else raw
+        text = stack.enter_context(io.TextIOWrapper(cast(IO[bytes], binary), encoding="utf-8", newline=""))
+        for place, frame in enumerate(frames):
+            frame.to_csv(text, index=False, header=place == 0, lineterminator="\n")
 
 
 def _write_parquet(path: Path, frames: Iterator[pd.DataFrame]) -> None:

@@ -1,7 +1,6 @@
 """What every model of the zoo is to the rest of the house."""
 
-from __future__ import annotations
-
+# No `from __future__ import annotations` in the files of models: TorchScript reads class annotations, and takes `list[str]` only as a type.
 from torch import Tensor, nn
 
 

@@ -1,7 +1,5 @@
 """The back-propagation network of the compensation papers: one hidden layer of tanh nodes."""
 
-from typing import cast
-
 from torch import Tensor, float64, nn, tanh
 
 from zoo.errors import InputError
@@ -29,7 +27,8 @@ class BP(FeatureModel):
 
     def features(self, x: Tensor) -> Tensor:
         """See `FeatureModel.features`."""
-        return cast(Tensor, self.extract(x))
+        features: Tensor = self.extract(x)
+        return features
 
     def head(self, features: Tensor) -> Tensor:
         """See `FeatureModel.head`."""

@@ -5,7 +5,7 @@ from __future__ import annotations
 import torch
 from torch import Tensor
 
-from zoo.effects.base import Effect, History
+from zoo.effects.base import Effect, History, spread
 from zoo.effects.bounds import to_physical
 from zoo.measurements.run import Run
 from zoo.models.graybox import GrayBox
@@ -43,10 +43,28 @@ class Design:
         size = max(1, CHUNK_ELEMENTS // (length * max(width, 1)))
         return torch.cat([self._some(part) for part in theta.split(size)])
 
+    @torch.no_grad()
     def _some(self, theta: Tensor) -> Tensor:
-        with torch.no_grad():
-            parts = [run.block_mean_columns(self.model.columns(raw, theta, number)) for run, raw, number in zip(self.runs, self.raw, self.numbers, strict=True)]
+        physical = to_physical(theta, [p for _, p in self.model.parameters_of_theta()])
+        parts = [self._of_run(i, physical) for i in range(len(self.runs))]
         return torch.cat(parts, dim=-2)
+
+    def _of_run(self, i: int, physical: Tensor) -> Tensor:
+        """Block means of one run; what several θ share (a Jacobian's steps mostly do) is computed once."""
+        at = len(self.model.coil_parameters)
+        coil, coil_index = torch.unique(physical[:, :at], dim=0, return_inverse=True)
+        places = self.model.histories(self.raw[i], coil, self.numbers[i])
+        parts = []
+        for _, effect in self.model.named_effects():
+            shape = physical[:, at : at + len(effect.shape)]
+            at += len(effect.shape)
+            where = coil_index if effect.place == "coil" else torch.zeros_like(coil_index)
+            rows, index = torch.unique(torch.cat([where.unsqueeze(1).to(shape), shape], dim=1), dim=0, return_inverse=True)
+            place = places[effect.place]
+            history = place.take(rows[:, 0].long()) if effect.place == "coil" else place
+            columns = spread(effect.columns(history, rows[:, 1:]), rows)
+            parts.append(self.runs[i].block_mean_columns(columns)[index])
+        return torch.cat(parts, dim=-1)
 
     def histories(self, theta: Tensor) -> list[dict[str, History]]:
         """The places' histories of each run at one θ (P,)."""
@@ -62,7 +80,6 @@ class Design:
         for part in shapes.split(size):
             blocks = []
             for run, place in zip(self.runs, places, strict=True):
-                columns = effect.columns(place[effect.place], part)
-                blocks.append(run.block_mean_columns(columns.expand(len(part), *columns.shape[-2:])))
+                blocks.append(run.block_mean_columns(spread(effect.columns(place[effect.place], part), part)))
             found.append(self.whitener(torch.cat(blocks, dim=-2)))
         return torch.cat(found)

@@ -62,7 +62,7 @@ def _column(feature: str) -> str:
     if source.split("_")[0] == "temperature":
         return source if source.endswith("_c") else f"{source}_c"
     if source != feature:
-        raise InputError(f"model.features: '{feature}' asks for the rate of '{source}', which is no temperature; possible: temperature_rate, temperature_NAME_rate")
+        raise InputError(f"model.features: '{feature}': only temperatures have a rate; possible: temperature_rate, temperature_NAME_rate")
     return feature
 
 

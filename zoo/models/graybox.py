@@ -14,6 +14,10 @@ from zoo.models.base import Model
 from zoo.models.places import coil_parameters, histories
 
 
+UNSEEN = -1
+"""Number of a run that was not fitted: what happened once in a fitted run does not happen in it."""
+
+
 class GrayBox(Model):
     """Error = Σ effects, each at the place where it lives.
 
@@ -68,20 +72,20 @@ class GrayBox(Model):
             effect.amplitude.copy_(amplitudes[column : column + len(effect.amplitudes)])
             at, column = at + len(effect.shape), column + len(effect.amplitudes)
 
-    def histories(self, x: Tensor, coil_value: Tensor, run: int = 1) -> dict[str, History]:
+    def histories(self, x: Tensor, coil_value: Tensor, run: int = UNSEEN) -> dict[str, History]:
         """The history at each place, from raw columns (T, C) and the coil's parameters (..., P)."""
         table = {name: x[:, i] for i, name in enumerate(self.inputs) if name.endswith(("_v", "_ut", "_pct", "_kpa"))}
         table["reference"] = x[:, -1]
         thermometers = torch.stack([x[:, self.inputs.index(name)] for name in self.thermometers], dim=-1)
         return histories(x[:, 0], table, thermometers, coil_value, run)
 
-    def columns(self, x: Tensor, theta: Tensor, run: int = 1) -> Tensor:
+    def columns(self, x: Tensor, theta: Tensor, run: int = UNSEEN) -> Tensor:
         """Columns of all effects for a batch of θ.
 
         Args:
             x: (T, C) raw columns of one run.
             theta: (B, P) in 0…1.
-            run: number of the run, from 1.
+            run: number of the run, from 1; `UNSEEN` for one that was not fitted.
 
         Returns:
             (B, T, K).
@@ -96,7 +100,7 @@ class GrayBox(Model):
             parts.append(part.expand(theta.shape[0], *part.shape[-2:]))
         return torch.cat(parts, dim=-1)
 
-    def shares(self, x: Tensor, run: int = 1) -> dict[str, Tensor]:
+    def shares(self, x: Tensor, run: int = UNSEEN) -> dict[str, Tensor]:
         """(T,) error of each effect [output's unit] by name."""
         places = self.histories(x, self.coil_value, run)
         return {name: effect(places[effect.place]) for name, effect in self.named_effects()}

@@ -1,7 +1,7 @@
 """Polynomial of temperature and its rate, the usual compensation of fibre-optic gyroscopes."""
 
 import math
-from typing import ClassVar, cast
+from typing import ClassVar
 
 import torch
 from torch import Tensor, nn
@@ -30,7 +30,7 @@ class Polynomial(FeatureModel):
     def __init__(self, features: list[str], order: int = 1, rate_order: int = 1, smoothing_s: float = SMOOTHING_S) -> None:
         super().__init__()
         if min(order, rate_order) < 1:
-            raise InputError(f"model.order={order} model.rate_order={rate_order}: must be 1 or more (a feature is left out by leaving it out of model.features)")
+            raise InputError(f"model.order={order} model.rate_order={rate_order}: 1 or more is needed; leave a feature out of model.features instead")
         self.extract = Features(features, smoothing_s)
         self.inputs = self.extract.inputs
         self.orders = [rate_order if name.endswith(RATE) else order for name in features]
@@ -39,7 +39,8 @@ class Polynomial(FeatureModel):
 
     def features(self, x: Tensor) -> Tensor:
         """See `FeatureModel.features`."""
-        return cast(Tensor, self.extract(x))
+        features: Tensor = self.extract(x)
+        return features
 
     def head(self, features: Tensor) -> Tensor:
         """See `FeatureModel.head`."""
@@ -63,7 +64,7 @@ class Polynomial(FeatureModel):
         ((u − m)/s)^p is expanded by the binomial theorem [output's unit per unit of the feature to its power].
         """
         scale = float(self.scaler.error_scale)
-        weights = [scale * float(weight) for weight in self.weight]
+        weights = [scale * weight for weight in self.weight.detach().tolist()]
         found = {"1": float(self.scaler.error_centre) + weights[0]}
         position = 1
         for name, order, m, s in zip(self.extract.names, self.orders, self.scaler.centre.tolist(), self.scaler.scale.tolist(), strict=True):

@@ -73,8 +73,9 @@ class Whitener:
 
     def __call__(self, columns: Tensor) -> Tensor:
         """Whiten (..., N, K) -> (..., N, K), dimensionless."""
-        pieces = columns.split(self.sizes, dim=-2)
-        return torch.cat([factor @ piece for factor, piece in zip(self.factors, pieces, strict=True)], dim=-2)
+        wide = columns.movedim(-2, 0).reshape(columns.shape[-2], -1)  # one matrix product a piece, whatever the batch
+        pieces = [factor @ piece for factor, piece in zip(self.factors, wide.split(self.sizes), strict=True)]
+        return torch.cat(pieces).reshape(columns.shape[-2], *columns.shape[:-2], columns.shape[-1]).movedim(0, -2)
 
 
 def white_level(values: list[Tensor]) -> float:

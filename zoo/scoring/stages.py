@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 from dataclasses import dataclass
 from typing import Literal
 
@@ -166,4 +167,4 @@ def _with_edges(code: Tensor, time: Tensor, rate: Tensor, reach: float) -> Tenso
 def _pieces(code: Tensor) -> list[tuple[int, int]]:
     """Half-open index ranges of equal code."""
     cuts = [0, *(torch.nonzero(code.diff()).flatten() + 1).tolist(), len(code)]
-    return list(zip(cuts[:-1], cuts[1:], strict=True))
+    return list(itertools.pairwise(cuts))

@@ -1,0 +1,260 @@
+"""Laws of reading: what a run is must not depend on the format, the chunks or the way it was asked for."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from pathlib import Path
+
+import numpy as np
+import pytest
+import torch
+
+from zoo.errors import InputError
+from zoo.measurements import read, table
+from zoo.measurements.read import read_runs
+from zoo.measurements.run import Run
+from zoo.measurements.write import write_measurements
+
+Columns = dict[str, np.ndarray]
+
+
+def recording(rows: int, step: float, jitter: float = 0.0, gaps: tuple[int, ...] = (), seed: int = 0) -> Columns:
+    """A run with white noise; `jitter` in steps, a gap of 40 steps after each of the rows `gaps`."""
+    random = np.random.default_rng(seed)
+    steps = step * (1 + jitter * random.uniform(-1, 1, rows))
+    steps[[gap + 1 for gap in gaps]] += 40 * step
+    time = np.cumsum(steps).round(6)
+    temperature = 20 + 10 * np.sin(time / 300)
+    return {
+        "time_s": time,
+        "temperature_c": temperature.round(4),
+        "rate_dph": (9.66 + 0.01 * temperature + random.normal(0, 0.1, rows)).round(6),
+    }
+
+
+def assert_equal(one: Run, other: Run) -> None:
+    for name in ("table", "error", "count", "block"):
+        assert torch.equal(getattr(one, name), getattr(other, name)), name
+    assert (one.unit, one.columns, one.average_s, one.rows, one.notes) == (
+        other.unit,
+        other.columns,
+        other.average_s,
+        other.rows,
+        other.notes,
+    )
+
+
+def test_csv_gz_and_parquet_give_identical_runs(tmp_path: Path) -> None:
+    data = recording(30_000, 0.01, jitter=0.3, gaps=(7_000,))
+    runs = [read_runs(write_measurements(tmp_path / f"run.{kind}", data))[0] for kind in ("csv", "csv.gz", "parquet")]
+    assert runs[0].name == runs[1].name == "run"
+    for other in runs[1:]:
+        assert_equal(runs[0], other)
+
+
+@pytest.mark.parametrize("average", ["auto", 5.0, 37.0, None])
+@pytest.mark.parametrize("kind", ["csv", "parquet"])
+def test_the_chunks_size_changes_nothing(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, kind: str, average: float | str | None) -> None:
+    path = write_measurements(tmp_path / f"run.{kind}", recording(20_000, 0.04, jitter=0.4, gaps=(5_000, 5_003, 12_345)))
+    whole = read_runs(path, average_s=average)[0]  # type: ignore[arg-type]
+    plain = table.chunks
+    sizes: list[int] = []
+
+    def small(path: Path, columns: list[str]) -> Iterator[np.ndarray]:
+        for chunk in plain(path, columns, chunk_bytes=3_001):
+            sizes.append(len(chunk))
+            yield chunk
+
+    monkeypatch.setattr(read, "chunks", small)
+    assert_equal(whole, read_runs(path, average_s=average)[0])  # type: ignore[arg-type]
+    assert len(sizes) > 50
+
+
+@pytest.mark.parametrize("average", ["auto", 1.0, 10.0, 37.0, None])
+@pytest.mark.parametrize("step", [0.005, 0.3, 1.0, 7.0])
+def test_every_row_is_counted_once_and_times_increase(tmp_path: Path, step: float, average: float | str | None) -> None:
+    rows = max(3_000, int(100 / step))
+    path = write_measurements(tmp_path / "a.csv", recording(rows, step, jitter=0.2, gaps=(1_000,)))
+    run = read_runs(path, average_s=average)[0]  # type: ignore[arg-type]
+    assert run.rows == int(run.count.sum()) == rows
+    assert (torch.diff(run.time) > 0).all()
+    judged = run.block[run.block >= 0]
+    assert (torch.diff(judged) >= 0).all()
+    assert torch.equal(judged.unique(), torch.arange(run.blocks))
+
+
+@pytest.mark.parametrize(("step", "average"), [(0.01, 1.0), (0.5, 10.0), (0.505, 20.0), (3.0, 100.0)])
+def test_grids_are_those_of_the_definition(tmp_path: Path, step: float, average: float) -> None:
+    """Against a plain loop over the rows: bins [k·a/10, (k+1)·a/10) and blocks [k·a, (k+1)·a) from each segment's start."""
+    data = recording(4_000, step, jitter=0.2, gaps=(900, 2_500))
+    run = read_runs(write_measurements(tmp_path / "a.csv", data), average_s=average)[0]
+    binned = average / 10 >= 2 * step
+    bins: dict[tuple[int, ...], list[int]] = {}
+    blocks: dict[tuple[int, int], list[int]] = {}
+    segment, start = 0, data["time_s"][0]
+    for row, time in enumerate(data["time_s"]):
+        if row and time - data["time_s"][row - 1] > 5 * step:
+            segment, start = segment + 1, time
+        since = time - start + 1e-4 * step  # up to rounding
+        bins.setdefault((segment, int(since / (average / 10))) if binned else (row,), []).append(row)
+        blocks.setdefault((segment, int(since / average)), []).append(row)
+    for name, column in (("time_s", data["time_s"]), ("temperature_c", data["temperature_c"])):
+        assert np.allclose(run.column(name), [column[rows].mean() for rows in bins.values()], rtol=1e-13)
+    assert np.allclose(run.error, [data["rate_dph"][rows].mean() for rows in bins.values()], rtol=1e-12)
+    full = [rows for rows in blocks.values() if len(rows) >= average / step / 2]
+    assert len(full) < len(blocks)
+    assert np.allclose(run.block_mean(run.error), [data["rate_dph"][rows].mean() for rows in full], rtol=1e-12)
+
+
+@pytest.mark.parametrize("start", [0.0, 1.7e9])
+def test_rows_on_an_edge_fall_into_the_bin_that_begins_there(tmp_path: Path, start: float) -> None:
+    """Although 0.3 / 0.1 is a little less than 3, also where the time is that of a computer's clock."""
+    data = recording(10_000, 0.02)
+    data["time_s"] = start + np.arange(10_000) / 50
+    run = read_runs(write_measurements(tmp_path / "a.csv", data), average_s=2.0)[0]
+    assert run.count.unique().tolist() == [10]
+    assert run.blocks == 100
+
+
+@pytest.mark.parametrize("average", ["auto", 10.0])
+def test_means_of_a_constant_are_that_constant(tmp_path: Path, average: float | str) -> None:
+    data = recording(20_000, 0.013, jitter=0.4)
+    data["temperature_c"] = np.full(20_000, 20.1)
+    run = read_runs(write_measurements(tmp_path / "a.csv", data), reference=9.66, average_s=average)[0]  # type: ignore[arg-type]
+    assert run.temperature.unique().tolist() == [20.1]
+    assert run.column("reference_dph").unique().tolist() == [9.66]
+    assert torch.allclose(run.block_mean(run.temperature), torch.tensor(20.1, dtype=torch.float64), rtol=1e-14)
+
+
+def test_no_mean_straddles_a_gap(tmp_path: Path) -> None:
+    """The output is the number of the segment: a mean over two of them would be no whole number."""
+    data = recording(6_000, 0.1, jitter=0.3, gaps=(1_003, 1_777, 4_321))
+    data["rate_dph"] = np.searchsorted(np.array([1_003, 1_777, 4_321]), np.arange(6_000)).astype(float)
+    for average in (2.0, 5.0, 30.0):
+        run = read_runs(write_measurements(tmp_path / "a.csv", data), average_s=average)[0]
+        assert set(run.error.tolist()) == {0.0, 1.0, 2.0, 3.0}
+        mean = run.block_mean(run.error)
+        assert torch.allclose(mean, mean.round(), rtol=0, atol=1e-12)
+        assert any(note.startswith("3 gap(s) in time, the longest 4.") for note in run.notes)
+
+
+def test_a_longer_gap_can_be_allowed(tmp_path: Path) -> None:
+    path = write_measurements(tmp_path / "a.csv", recording(2_000, 1.0, gaps=(1_000,)))
+    assert any("gap" in note for note in read_runs(path)[0].notes)
+    assert not any("gap" in note for note in read_runs(path, gap_s=60)[0].notes)
+
+
+def test_a_thin_block_stays_in_the_history_and_is_not_judged(tmp_path: Path) -> None:
+    data = recording(1_000, 1.0)
+    keep = np.r_[0:501, 530:1000]  # the block 500–599 s loses 29 rows at its start, which is a gap; then 4 blocks and 70 s remain
+    path = write_measurements(tmp_path / "a.csv", {name: column[keep] for name, column in data.items()})
+    run = read_runs(path, average_s=100.0)[0]
+    assert run.blocks == 5 + 5
+    assert run.count[run.block < 0].sum() == 1
+    assert int(run.count.sum()) == len(keep)
+    assert any(note.startswith("1 block(s) of 100 s with less than half") for note in run.notes)
+
+
+@pytest.mark.parametrize(
+    ("rows", "step", "expected"),
+    [
+        (41_000, 1.0, 100.0),
+        (39_000, 1.0, 50.0),
+        (4_100, 1.0, 10.0),
+        (3_900, 0.1, 1.0),  # 390 s: too few even so, then the finest
+        (100, 7.0, 10.0),
+        (500, 200.0, 200.0),
+        (410_000, 0.01, 10.0),
+    ],
+)
+def test_auto_takes_the_longest_block_that_leaves_400(tmp_path: Path, rows: int, step: float, expected: float) -> None:
+    run = read_runs(write_measurements(tmp_path / "a.parquet", recording(rows, step)))[0]
+    assert run.average_s == expected
+    assert run.blocks >= 400 or run.average_s == min(length for length in (1, 10, 200) if length >= step)
+
+
+@pytest.mark.parametrize(("step", "rows"), [(0.02, 400_000), (0.4, 20_000), (2.0, 9_000)])
+def test_auto_and_the_same_length_asked_for_agree(tmp_path: Path, step: float, rows: int) -> None:
+    path = write_measurements(tmp_path / "a.parquet", recording(rows, step, jitter=0.2, gaps=(rows // 3,)))
+    auto = read_runs(path)[0]
+    asked = read_runs(path, average_s=auto.average_s)[0]
+    assert torch.equal(auto.block, asked.block)
+    assert torch.equal(auto.count, asked.count)
+    assert torch.allclose(auto.table, asked.table, rtol=1e-13)
+    assert torch.allclose(auto.error, asked.error, rtol=1e-11)
+
+
+def test_auto_is_decided_once_for_all_runs(tmp_path: Path) -> None:
+    for name, rows in (("a", 3_000), ("b", 1_500)):
+        write_measurements(tmp_path / f"{name}.csv", recording(rows, 1.0, seed=rows))
+    runs = read_runs([tmp_path / "*.csv"])
+    assert [run.average_s for run in runs] == [10.0, 10.0]
+    assert sum(run.blocks for run in runs) == 450
+    assert read_runs(tmp_path / "b.csv")[0].average_s == 2.0
+
+
+def test_memory_holds_bins_and_not_rows(tmp_path: Path) -> None:
+    """Half an hour at 100 Hz: what is kept are tenths of seconds at most, whatever `average_s`."""
+    path = write_measurements(tmp_path / "a.parquet", recording(180_000, 0.01))
+    for average in ("auto", 1.0, 100.0):
+        run = read_runs(path, average_s=average)[0]  # type: ignore[arg-type]
+        assert len(run.time) <= 18_000
+        assert run.count.min() >= 9
+
+
+def test_null_is_as_recorded(tmp_path: Path) -> None:
+    data = recording(500, 0.5, jitter=0.1)
+    run = read_runs(write_measurements(tmp_path / "a.csv", data), reference=1.5, average_s=None)[0]
+    assert np.array_equal(run.time, data["time_s"])
+    assert np.array_equal(run.error, data["rate_dph"] - 1.5)
+    assert torch.equal(run.block, torch.arange(500))
+    assert run.average_s == pytest.approx(0.5, rel=0.02)
+
+
+def test_blocks_shorter_than_the_sampling_are_as_recorded_and_said(tmp_path: Path) -> None:
+    run = read_runs(write_measurements(tmp_path / "a.csv", recording(500, 10.0)), average_s=1.0)[0]
+    assert (run.blocks, run.average_s) == (500, 10.0)
+    assert any("as recorded, every 10 s" in note for note in run.notes)
+
+
+def test_the_recorded_reference_is_subtracted_in_the_outputs_unit(tmp_path: Path) -> None:
+    data = recording(600, 1.0)
+    truth = 9.66 + np.linspace(0, 1, 600)
+    expected = data["rate_dph"] - truth
+    for column, values in (("reference_dph", truth), ("reference_dps", truth / 3600)):
+        run = read_runs(write_measurements(tmp_path / "a.parquet", {**data, column: values}), reference=5.0, average_s=None)[0]
+        assert np.allclose(run.error, expected, atol=1e-12)
+        assert run.columns[-1] == "reference_dph"
+        assert np.allclose(run.column("reference_dph"), truth, rtol=1e-14)
+
+
+def test_a_start_up_row_is_noticed_and_kept(tmp_path: Path) -> None:
+    data = recording(600, 1.0)
+    quiet = read_runs(write_measurements(tmp_path / "a.csv", data))[0]
+    data["rate_dph"][0] += 50
+    run = read_runs(write_measurements(tmp_path / "a.csv", data))[0]
+    assert not quiet.notes
+    assert any("jumps after the first row" in note for note in run.notes)
+    assert run.rows == 600
+
+
+def test_run_names_are_unique(tmp_path: Path) -> None:
+    for name in ("x/run.csv", "y/run.csv", "y/run.csv.gz", "y/other.csv"):
+        write_measurements(tmp_path / name, recording(100, 1.0))
+    names = [run.name for run in read_runs([tmp_path / "*/*.csv", tmp_path / "y/run.csv.gz", tmp_path / "x/run.csv"])]
+    assert names == ["x/run", "other", str(tmp_path / "y/run.csv"), str(tmp_path / "y/run.csv.gz")]
+
+
+REAL = Path(__file__).parents[3] / "shared" / "data" / "real" / "imu_chamber.csv"
+
+
+@pytest.mark.skipif(not REAL.exists(), reason="the real recording lies beside the project, in ../shared/data")
+def test_a_real_recording_with_jitter_and_foreign_names() -> None:
+    with pytest.raises(InputError, match=r"data\.columns\.output=gyro_x_rad_per_s\|gyro_y_rad_per_s"):
+        read_runs(REAL)
+    run = read_runs(REAL, columns={"output": "gyro_y_rad_per_s"})[0]
+    assert (run.unit, run.average_s, run.rows, int(run.count.sum())) == ("rad_per_s", 10.0, 8400, 8400)
+    assert run.columns == ("time_s", "temperature_c", "reference_rad_per_s")
+    assert run.blocks == 425
+    first = read_runs(REAL, columns={"output": "gyro_x_rad_per_s"})[0]
+    assert any("jumps after the first row" in note for note in first.notes)

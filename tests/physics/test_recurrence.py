@@ -1,0 +1,41 @@
+"""Prefix doubling gives what a plain loop gives."""
+
+from __future__ import annotations
+
+import pytest
+import torch
+
+from zoo.physics.recurrence import affine, clamped
+
+LENGTHS = [1, 2, 3, 7, 64, 1000]
+
+
+@pytest.mark.parametrize("length", LENGTHS)
+def test_affine_is_the_loop(length: int) -> None:
+    random = torch.Generator().manual_seed(length)
+    gain = 2 * torch.rand(3, length, generator=random, dtype=torch.float64) - 1
+    offset = torch.randn(3, length, generator=random, dtype=torch.float64)
+    start = torch.randn(3, generator=random, dtype=torch.float64)
+    state, states = start, []
+    for k in range(length):
+        state = gain[:, k] * state + offset[:, k]
+        states.append(state)
+    assert torch.allclose(affine(gain, offset, start), torch.stack(states, -1), atol=1e-12)
+
+
+@pytest.mark.parametrize("length", LENGTHS)
+def test_clamped_is_the_loop(length: int) -> None:
+    random = torch.Generator().manual_seed(length)
+    middle = torch.cumsum(torch.randn(3, length, generator=random, dtype=torch.float64), -1)
+    low, high = middle - 1, middle + torch.rand(3, length, generator=random, dtype=torch.float64)
+    start = torch.randn(3, generator=random, dtype=torch.float64)
+    state, states = start, []
+    for k in range(length):
+        state = torch.minimum(torch.maximum(state, low[:, k]), high[:, k])
+        states.append(state)
+    assert torch.equal(clamped(low, high, start), torch.stack(states, -1))
+
+
+def test_one_gain_serves_a_batch() -> None:
+    gain, offset = torch.tensor([0.5, 0.5, 0.5]), torch.tensor([[1.0, 1.0, 1.0], [2.0, 2.0, 2.0]])
+    assert affine(gain, offset, torch.zeros(2)).tolist() == [[1.0, 1.5, 1.75], [2.0, 3.0, 3.5]]

@@ -1,0 +1,71 @@
+"""Results are written whole or not at all."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import pytest
+
+from zoo.artifacts import replacing, writable_folder, write_json, write_text
+from zoo.errors import InputError, WorkError
+
+
+def test_text_is_utf8_with_plain_newlines(tmp_path: Path) -> None:
+    assert write_text(tmp_path / "new" / "a.txt", "°/h\n").read_bytes() == b"\xc2\xb0/h\n"
+
+
+def test_json_is_readable_and_indented(tmp_path: Path) -> None:
+    text = write_json(tmp_path / "a.json", {"unit": "°/h", "rms": 0.1}).read_text(encoding="utf-8")
+    assert json.loads(text) == {"unit": "°/h", "rms": 0.1}
+    assert '\n  "unit": "°/h"' in text
+
+
+@pytest.mark.parametrize("value", [float("nan"), float("inf"), -float("inf")])
+def test_json_refuses_what_is_no_json_and_keeps_the_old_file(tmp_path: Path, value: float) -> None:
+    path = write_json(tmp_path / "a.json", {"rms": 1})
+    with pytest.raises(ValueError, match="not JSON compliant"):
+        write_json(path, {"rms": [value]})
+    assert json.loads(path.read_text()) == {"rms": 1}
+    assert list(tmp_path.iterdir()) == [path]
+
+
+def test_an_interrupted_write_leaves_the_old_file_and_nothing_else(tmp_path: Path) -> None:
+    path = write_text(tmp_path / "a.txt", "old")
+
+    def half() -> None:
+        with replacing(path) as temporary:
+            temporary.write_text("half")
+            raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        half()
+    assert path.read_text() == "old"
+    assert list(tmp_path.iterdir()) == [path]
+
+
+def test_the_target_does_not_change_before_the_end(tmp_path: Path) -> None:
+    path = write_text(tmp_path / "a.txt", "old")
+    with replacing(path) as temporary:
+        temporary.write_text("new")
+        assert temporary.parent == path.parent
+        assert path.read_text() == "old"
+    assert path.read_text() == "new"
+
+
+def test_a_write_that_fails_half_way_is_a_failure_of_the_work(tmp_path: Path) -> None:
+    with pytest.raises(WorkError, match=r"a\.txt.*No space"), replacing(tmp_path / "a.txt"):
+        raise OSError(28, "No space left on device")
+    assert not list(tmp_path.iterdir())
+
+
+def test_a_folder_that_cannot_be_written_to_is_named(tmp_path: Path) -> None:
+    (tmp_path / "file").touch()
+    with pytest.raises(InputError, match=r"file/sub.*cannot be written"):
+        write_text(tmp_path / "file" / "sub" / "a.txt", "")
+    with pytest.raises(InputError, match="is a folder"):
+        write_text(tmp_path, "")
+
+
+def test_a_writable_folder_is_made_and_left_empty(tmp_path: Path) -> None:
+    assert not list(writable_folder(tmp_path / "a" / "b").iterdir())

@@ -1,0 +1,126 @@
+"""The verb `train`: fits one model of the zoo and scores it."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+from hydra.core.hydra_config import HydraConfig
+from omegaconf import DictConfig, OmegaConf
+from rich.console import Console
+from rich.table import Table
+
+from zoo.artifacts import write_json
+from zoo.catalog import create, load, save_model
+from zoo.cli.inputs import read_data, searchpath
+from zoo.errors import InputError
+from zoo.measurements.run import Run
+from zoo.models.base import Model
+from zoo.training.gradient import CHECKPOINT
+from zoo.training.run import EVENTS, train
+from zoo.units import symbol
+
+METRICS = "metrics.json"
+
+
+def run(config: DictConfig, out: Path) -> Path:
+    """Train and write.
+
+    Args:
+        config: as composed from conf/train.yaml.
+        out: folder of the results.
+
+    Returns:
+        The metrics' file.
+
+    Raises:
+        InputError: the settings do not fit together.
+    """
+    runs, check_runs = read_data(config)
+    model_config = _model_config(config, runs)
+    model = create(model_config)
+    optimizer_name, optimizer = _optimizer(config, model)
+    own_fit = hasattr(optimizer, "fit")
+    labels = {"model": _choice("model"), "init": None if own_fit else _choice("init"), "optimizer": optimizer_name}
+    metrics = train(
+        model,
+        runs,
+        check_runs,
+        optimizer=optimizer,
+        init=None if own_fit else create(config.init),
+        epochs=config.epochs,
+        goal=config.goal,
+        batch_size=config.batch_size,
+        seed=config.seed,
+        device=config.torch_device,
+        resume=_checkpoint(config.resume),
+        out=out,
+        labels=labels,
+    )
+    save_model(out, model_config, model)
+    _draw(out, model, [*runs, *check_runs])
+    _print(metrics)
+    return write_json(out / METRICS, {"schema_version": 1} | metrics)
+
+
+def _choice(group: str) -> str | None:
+    choice = HydraConfig.get().runtime.choices.get(group)
+    return None if choice is None else Path(str(choice)).name
+
+
+def _model_config(config: DictConfig, runs: Sequence[Run]) -> dict[str, Any]:
+    """The model's settings in full; `inputs: null` means every column that the runs have."""
+    plain: dict[str, Any] = OmegaConf.to_container(config.model, resolve=True)  # type: ignore[assignment]
+    if "inputs" in plain and plain["inputs"] is None:
+        plain["inputs"] = list(runs[0].columns)
+    return plain
+
+
+def _optimizer(config: DictConfig, model: Model) -> tuple[str | None, Any]:
+    """The optimizer chosen, or under `optimizer=auto` the one that the model's class names in `fitted_by`."""
+    if "_target_" in config.optimizer:
+        return _choice("optimizer"), create(config.optimizer)
+    name = getattr(model, "fitted_by", "adam")
+    settings = load("optimizer", name, searchpath())
+    given = {key: value for key, value in config.optimizer.items() if value is not None}
+    unknown = [str(key) for key in given if key not in settings]
+    if unknown:
+        raise InputError(f"optimizer.{unknown[0]}: optimizer={name}, which this model asks for, has no such setting")
+    return name, create(settings, **given)
+
+
+def _checkpoint(resume: str | None) -> Path | None:
+    if resume is None:
+        return None
+    path = Path(resume) / CHECKPOINT if Path(resume).is_dir() else Path(resume)
+    if not path.is_file():
+        raise InputError(f"resume={resume}: no checkpoint there; give the output folder of a train command, or its {CHECKPOINT}")
+    return path
+
+
+def _draw(out: Path, model: Model, runs: Sequence[Run]) -> None:
+    # Matplotlib and TensorBoard take a second to import: only here, once the work is done.
+    from torch.utils.tensorboard import SummaryWriter
+
+    from zoo.models.prediction import predict_blocks
+    from zoo.report.palette import styled
+    from zoo.report.prediction_figure import Prediction, prediction_figure
+
+    curves = []
+    for one in runs:
+        hours, error, predicted = one.block_mean(one.time) / 3600, one.block_mean(one.error), predict_blocks(model, one)
+        curves.append(Prediction(one.name, hours.numpy(), error.numpy(), predicted.numpy()))
+    with styled(), SummaryWriter(str(out / EVENTS)) as board:
+        figure = prediction_figure(curves, symbol(runs[0].unit))
+        figure.savefig(out / "prediction.png", dpi=100)
+        board.add_figure("prediction", figure)
+
+
+def _print(metrics: dict[str, Any]) -> None:
+    title = f"RMS of the error [{symbol(metrics['unit'])}], {metrics['average_s']:g} s means"
+    table = Table("run", "used for", "uncompensated", str(metrics["model"]), title=title)
+    for use in ("runs", "check_runs"):
+        for one in metrics[use]:
+            table.add_row(one["run"], "fit" if use == "runs" else "check", f"{one['uncompensated']:.4g}", f"{one['rms']:.4g}")
+    Console().print(table)

@@ -1,0 +1,38 @@
+"""What a model costs on data that its amplitudes were not fitted to."""
+
+from __future__ import annotations
+
+import torch
+from torch import Tensor
+
+from zoo.diagnosis.workbench import Solved, Workbench
+from zoo.fitting.projection import project
+
+SEGMENTS = 8
+
+
+def segment_cost(bench: Workbench, solved: Solved) -> float:
+    """Sum of squared whitened errors on consecutive segments, each predicted with amplitudes from all the others."""
+    size = -(-bench.blocks // SEGMENTS)
+    return float(_left_out(solved.fit.columns, solved.design.target, list(torch.arange(bench.blocks).split(size))).square().sum())
+
+
+def rms_by_run(bench: Workbench, solved: Solved) -> float:
+    """RMS [unit] over runs, each predicted with amplitudes from the others; over eight segments where there is one run.
+
+    The nonlinear parameters stay as fitted to all runs.
+    """
+    plain = solved.design.plain_columns(solved.fit.theta.unsqueeze(0))[0]
+    sizes = [run.blocks for run in bench.runs]
+    parts = torch.arange(bench.blocks).split(sizes) if len(sizes) > 1 else torch.arange(bench.blocks).split(-(-bench.blocks // SEGMENTS))
+    return float(_left_out(plain, solved.design.error, list(parts)).square().mean().sqrt())
+
+
+def _left_out(columns: Tensor, target: Tensor, parts: list[Tensor]) -> Tensor:
+    errors = []
+    for part in parts:
+        keep = torch.ones(len(target), dtype=torch.bool)
+        keep[part] = False
+        amplitudes = project(columns[keep], target[keep]).amplitudes
+        errors.append(target[part] - columns[part] @ amplitudes)
+    return torch.cat(errors)

@@ -1,0 +1,113 @@
+"""Adds effects one at a time, refits, and watches the error fall."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+import torch
+
+from zoo.diagnosis.diagnose import Diagnosis, diagnose, open_bench
+from zoo.diagnosis.parameters import fitted_parameters
+from zoo.diagnosis.preparation import noise_of
+from zoo.diagnosis.structure import examine
+from zoo.diagnosis.workbench import Solved, Workbench
+from zoo.effects.base import Effect
+from zoo.errors import InputError
+from zoo.measurements.run import Run
+from zoo.models.graybox import GrayBox
+
+
+@dataclass(frozen=True, eq=False)
+class Refinement:
+    """The ladder and where it ends.
+
+    Attributes:
+        record: the contract's refinement, ready for JSON.
+        solutions: the fitted model of every rung.
+        diagnosis: of the model before anything was added, where `add` was ``"auto"``.
+    """
+
+    record: dict[str, Any]
+    solutions: list[Solved]
+    diagnosis: Diagnosis | None
+
+    @property
+    def model(self) -> GrayBox:
+        """The model on the last rung."""
+        return self.solutions[-1].model
+
+
+def refine(
+    runs: list[Run],
+    check_runs: list[Run],
+    effects: list[str],
+    add: str | list[str],
+    catalogue: dict[str, Effect],
+    progress: Callable[[str], None] = lambda _: None,
+) -> Refinement:
+    """Refit with more effects.
+
+    Args:
+        runs: the fitted runs.
+        check_runs: runs that are only predicted.
+        effects: names in the model as it stands.
+        add: names to add in this order, or ``"auto"`` for what the diagnosis finds missing.
+        catalogue: every effect by name.
+        progress: told what is being done.
+
+    Raises:
+        InputError: unknown effect, an effect that is there already, unusable runs.
+    """
+    diagnosis = None
+    if add == "auto":
+        diagnosis = diagnose(runs, effects, catalogue, progress)
+        bench, added = diagnosis.bench, diagnosis.search.missing
+    else:
+        added = [add] if isinstance(add, str) else list(add)
+        twice = [name for name in added if name in effects]
+        if twice:
+            raise InputError(f"add: '{twice[0]}' is in the model already (effects: {', '.join(effects)})")
+        bench = open_bench(runs, [*effects, *added], catalogue)
+    solutions = _climb(bench, diagnosis, tuple(effects), added, progress)
+    record = _record(bench, solutions, check_runs, added)
+    return Refinement(record, solutions, diagnosis)
+
+
+def _climb(bench: Workbench, diagnosis: Diagnosis | None, names: tuple[str, ...], added: list[str], progress: Callable[[str], None]) -> list[Solved]:
+    solutions = [diagnosis.search.base if diagnosis else bench.solve(names)]
+    for name in added:
+        progress(f"refitting with {name}")
+        known = bench.known((*solutions[-1].names, name))
+        solutions.append(known or bench.add(solutions[-1], name))
+    return solutions
+
+
+def _record(bench: Workbench, solutions: list[Solved], check_runs: list[Run], added: list[str]) -> dict[str, Any]:
+    structure = examine(bench, solutions[-1], solutions[0])
+    ladder = [
+        {"added": name, "effects": list(solved.names), "rms": solved.rms, "rms_check": check_rms(solved.model, check_runs)}
+        for name, solved in zip([None, *added], solutions, strict=True)
+    ]
+    return {
+        "schema_version": 1,
+        "unit": bench.runs[0].unit,
+        "average_s": bench.runs[0].average_s,
+        "runs": [run.name for run in bench.runs],
+        "check_runs": [run.name for run in check_runs],
+        "ladder": ladder,
+        "noise_floor": bench.noise.white,
+        "noise_floor_check": noise_of(check_runs).white if check_runs else None,
+        "verdict": "complete" if structure.is_noise else "unknown",
+        "parameters": fitted_parameters(solutions[-1], bench.runs[0].unit),
+    }
+
+
+def check_rms(model: GrayBox, runs: list[Run]) -> float | None:
+    """RMS over the block means of runs that were not fitted [unit]; None where there are none."""
+    if not runs:
+        return None
+    with torch.no_grad():
+        errors = [run.block_mean(run.error - model(run.select(model.inputs))) for run in runs]
+    return float(torch.cat(errors).square().mean().sqrt())

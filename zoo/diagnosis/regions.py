@@ -1,0 +1,58 @@
+"""Where the model fails: run, stage, temperature, worst first."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import torch
+from torch import Tensor
+
+from zoo.measurements.run import Run
+from zoo.scoring.stages import label_stages
+
+SHOWN = 24
+
+
+def regions(runs: list[Run], residual: Tensor, floor: float) -> list[dict[str, Any]]:
+    """RMS of the residual in every stage of every run.
+
+    Args:
+        runs: R runs.
+        residual: (N,) block means, runs one after the other [unit].
+        floor: noise floor [unit].
+
+    Returns:
+        The contract's `where`, worst first, 24 at most.
+    """
+    found = []
+    for run, part in zip(runs, residual.split([run.blocks for run in runs]), strict=True):
+        time, temperature = run.block_mean(run.time), run.block_mean(run.temperature)
+        for stage in label_stages(time, temperature):
+            here = temperature[stage.blocks]
+            rms = float(part[stage.blocks].square().mean().sqrt())
+            found.append(
+                {
+                    "run": run.name,
+                    "from_s": round(stage.from_s - run.average_s / 2, 3),
+                    "to_s": round(stage.to_s + run.average_s / 2, 3),
+                    "stage": stage.kind,
+                    "temperature_c": [round(float(here.min()), 2), round(float(here.max()), 2)],
+                    "rate_k_per_min": round(_mean_rate(time[stage.blocks], here), 3),
+                    "rms": rms,
+                    "excess": rms / floor,
+                }
+            )
+    return sorted(found, key=lambda region: -region["rms"])[:SHOWN]
+
+
+def _mean_rate(time: Tensor, temperature: Tensor) -> float:
+    if len(time) < 2:
+        return 0.0
+    centred = time - time.mean()
+    return float((centred * temperature).sum() / centred.square().sum().clamp_min(1e-12) * 60.0)
+
+
+def runs_rms(runs: list[Run], residual: Tensor) -> dict[str, float]:
+    """RMS of each run's residual [unit], by name."""
+    parts = residual.split([run.blocks for run in runs])
+    return {run.name: float(torch.sqrt(part.square().mean())) for run, part in zip(runs, parts, strict=True)}

@@ -1,0 +1,136 @@
+"""Forward and backward until what is left is noise or nothing helps."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field
+
+import torch
+
+from zoo.diagnosis.cross_validation import segment_cost
+from zoo.diagnosis.screening import Screened, screen
+from zoo.diagnosis.workbench import Solved, Workbench
+
+ACCEPT = 5.0
+"""Log Bayes factor that an effect must reach over the model without it, on top of the logarithm of the number of candidates (150 : 1)."""
+HOPELESS = -8.0
+"""A candidate whose projected evidence is below this is not refitted."""
+REFITS = 3
+MOST_ADDED = 3
+
+
+@dataclass(eq=False)
+class Trial:
+    """One candidate added to one model.
+
+    Attributes:
+        screened: its best guess from projection.
+        solved: the refitted model, or None where the guess was hopeless.
+        evidence: log Bayes factor over the model without it.
+    """
+
+    screened: Screened
+    solved: Solved | None
+    evidence: float
+
+
+@dataclass(eq=False)
+class Step:
+    """One round of the forward search.
+
+    Attributes:
+        before: the model at its start.
+        trials: all candidates, best first.
+        chosen: the effect that was added, or None.
+    """
+
+    before: Solved
+    trials: list[Trial]
+    chosen: str | None = None
+
+
+@dataclass(eq=False)
+class Search:
+    """The whole path.
+
+    Attributes:
+        base: the model that was asked about.
+        final: the model with everything that helps.
+        steps: rounds, the last without a choice unless the limit was reached.
+    """
+
+    base: Solved
+    final: Solved
+    steps: list[Step] = field(default_factory=list)
+
+    @property
+    def missing(self) -> list[str]:
+        """Effects that the final model has and the base has not, in the order they were found."""
+        return [name for name in self.final.names if name not in self.base.names]
+
+
+def search(bench: Workbench, base: Solved, candidates: list[str], progress: Callable[[str], None] = lambda _: None) -> Search:
+    """Add what helps most, refit, drop what has become superfluous, until nothing helps.
+
+    Args:
+        bench: the runs and effects.
+        base: the model as it stands.
+        candidates: effects that may be added.
+        progress: told what is being tried.
+    """
+    found = Search(base, base)
+    while True:
+        step = _round(bench, found.final, [name for name in candidates if name not in found.final.names], progress)
+        found.steps.append(step)
+        best = step.trials[0] if step.trials else None
+        if len(found.missing) >= MOST_ADDED or best is None or best.solved is None or not _convinces(bench, found.final, best, len(step.trials)):
+            return found
+        step.chosen = best.screened.name
+        found.final = _prune(bench, best.solved, base)
+
+
+def _round(bench: Workbench, before: Solved, names: list[str], progress: Callable[[str], None]) -> Step:
+    screened = screen(bench, before, names)
+    size = math.log(bench.blocks)
+    guesses = [0.5 * candidate.gain - 0.5 * candidate.freedom * size for candidate in screened]
+    order = sorted(range(len(screened)), key=lambda i: -guesses[i])
+    trials = []
+    for rank, i in enumerate(order):
+        solved, evidence = None, guesses[i]
+        if rank < REFITS and guesses[i] > HOPELESS:
+            progress(f"{' + '.join(before.names)} + {screened[i].name}?")
+            solved = bench.extend(before, screened[i].name, screened[i].shape)
+            evidence = bench.evidence(before, solved)
+        trials.append(Trial(screened[i], solved, evidence))
+    trials.sort(key=lambda trial: (trial.solved is None, -trial.evidence))
+    return Step(before, trials)
+
+
+def _convinces(bench: Workbench, before: Solved, best: Trial, candidates: int) -> bool:
+    """Whether an addition is worth it: strong evidence, and lower error on segments that were not fitted."""
+    assert best.solved is not None
+    if best.evidence < ACCEPT + math.log(max(candidates, 1)):
+        return False
+    return segment_cost(bench, best.solved) < segment_cost(bench, before)
+
+
+def _prune(bench: Workbench, full: Solved, base: Solved) -> Solved:
+    """Drop added effects, all but the newest, that the model no longer needs."""
+    for name in [other for other in full.names[:-1] if other not in base.names]:
+        less = bench.without(full, name)
+        if bench.evidence(less, full) < ACCEPT:
+            full = less
+    return full
+
+
+def posterior(trials: list[Trial], rivals: Sequence[float] = ()) -> dict[str, float]:
+    """Probability of each candidate of one round, against each other, none, and rivals outside the catalogue, all equally likely before.
+
+    Args:
+        trials: the round.
+        rivals: evidence of explanations that are in no catalogue.
+    """
+    logs = torch.tensor([0.0, *rivals, *(trial.evidence for trial in trials)], dtype=torch.float64)
+    weights = torch.softmax(logs, dim=0)[1 + len(rivals) :]
+    return {trial.screened.name: float(weight) for trial, weight in zip(trials, weights, strict=True)}

@@ -1,0 +1,116 @@
+"""Is what is left noise? An absolute test, and what the rest depends on if it is not."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import torch
+from torch import Tensor
+
+from zoo.diagnosis.workbench import Solved, Workbench
+from zoo.fitting.projection import complement, project
+
+ORDER = 6
+LEVEL_ALLOWED = 0.15
+"""Excess of χ²/N over 1 that counts as noise: 7 % in RMS, what the noise level itself is uncertain by."""
+SHARE_ALLOWED = 0.04
+"""Share of the variance explained by the added effects that their simplified form may leave behind (20 % in amplitude)."""
+LEVEL_ALLOWED_AFTER = 0.6
+"""Most excess that a simplified form may leave (26 % in RMS)."""
+SIGNIFICANT = 5.0
+"""Log Bayes factor of a free function over none."""
+MATERIAL = 0.05
+"""Share of the noise variance that a free function must explain to matter."""
+
+
+@dataclass(frozen=True)
+class Dependence:
+    """What a free smooth function of one quantity would explain of the residual.
+
+    Attributes:
+        depends_on: the quantity, in words.
+        explains: share of the residual's variance.
+        evidence: log Bayes factor over none.
+    """
+
+    depends_on: str
+    explains: float
+    evidence: float
+
+
+@dataclass(frozen=True)
+class Structure:
+    """Result of the absolute test.
+
+    Attributes:
+        is_noise: whether the residual is noise.
+        excess: χ² per degree of freedom − 1.
+        dependences: significant free functions, best first.
+    """
+
+    is_noise: bool
+    excess: float
+    dependences: tuple[Dependence, ...]
+
+
+def examine(bench: Workbench, final: Solved, base: Solved) -> Structure:
+    """Test the residual of a model against the noise model.
+
+    Noise means that χ²/dof is 1 within what the noise level is uncertain by, and that no smooth function of temperature, rate, time or a recorded
+    input explains a material share. Where effects were added to `base`, a small part of what they explained may remain: a catalogue's form is never
+    nature's.
+
+    Args:
+        bench: the runs.
+        final: the model to judge.
+        base: the model before anything was added.
+    """
+    dof = max(bench.blocks - final.freedom, 1)
+    excess = final.fit.cost / dof - 1.0
+    explained = max(base.fit.cost - final.fit.cost, 0.0) / dof
+    found = tuple(dependences(bench, final))
+    leftover = max([excess, *(item.explains * (1.0 + excess) for item in found)])
+    scatter = 3.0 * math.sqrt(2.0 / dof)
+    forgiven = min(SHARE_ALLOWED * explained, LEVEL_ALLOWED_AFTER)
+    level = excess <= LEVEL_ALLOWED + scatter + forgiven
+    shape = not found or leftover <= MATERIAL + forgiven
+    return Structure(level and shape, excess, found)
+
+
+def dependences(bench: Workbench, final: Solved) -> list[Dependence]:
+    """Free smooth functions of one quantity that explain a significant and material share of a model's residual, best first."""
+    residual = complement(final.fit.residual.unsqueeze(-1), final.basis).squeeze(-1)
+    total = float(final.fit.residual.square().sum())
+    found = []
+    for words, values in _quantities(bench, final).items():
+        columns = complement(bench.whitener(_chebyshev(values)), final.basis)
+        gain = float(residual.square().sum() - project(columns, residual).cost)
+        evidence = 0.5 * gain - 0.5 * columns.shape[1] * math.log(bench.blocks)
+        if evidence > SIGNIFICANT and gain / total > MATERIAL:
+            found.append(Dependence(words, gain / total, evidence))
+    return sorted(found, key=lambda item: -item.evidence)
+
+
+def _quantities(bench: Workbench, final: Solved) -> dict[str, Tensor]:
+    """(N,) block means of what a residual may depend on, by words."""
+    names = {"temperature": "the coil's temperature", "rate": "the coil's temperature rate"}
+    parts: dict[str, list[Tensor]] = {}
+    for run, place in zip(bench.runs, final.design.histories(final.fit.theta), strict=True):
+        here = place["coil"]
+        for attribute, words in names.items():
+            parts.setdefault(words, []).append(run.block_mean(getattr(here, attribute)))
+        parts.setdefault("the time since the run's start", []).append(run.block_mean(here.time))
+        parts.setdefault("the highest temperature so far", []).append(run.block_mean(torch.cummax(here.temperature, dim=-1).values))
+        for name, values in here.inputs.items():
+            parts.setdefault(f"the column {name}", []).append(run.block_mean(values))
+    merged = {words: torch.cat(values) for words, values in parts.items()}
+    magnitude = {"the size of the temperature rate, not its sign": merged["the coil's temperature rate"].abs()}
+    return {words: values for words, values in {**merged, **magnitude}.items() if float(values.max() - values.min()) > 1e-9}
+
+
+def _chebyshev(values: Tensor) -> Tensor:
+    """(N, 6) Chebyshev polynomials of order 1 to 6 of values scaled to −1…1."""
+    low, high = values.min(), values.max()
+    angle = torch.arccos((2 * (values - low) / (high - low) - 1).clamp(-1, 1))
+    return torch.stack([torch.cos(k * angle) for k in range(1, ORDER + 1)], dim=-1)

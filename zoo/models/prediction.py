@@ -1,0 +1,49 @@
+"""A model applied to a run."""
+
+from __future__ import annotations
+
+import torch
+from torch import Tensor
+
+from zoo.errors import InputError
+from zoo.measurements.run import Run
+from zoo.models.base import FeatureModel, Model
+
+
+def raw_columns(model: Model, run: Run) -> Tensor:
+    """(T, C) the columns of a run that a model takes.
+
+    Raises:
+        InputError: the run lacks one of them.
+    """
+    missing = [name for name in model.inputs if name not in run.columns]
+    if missing:
+        raise InputError(f"{run.name}: the model {type(model).__name__} needs the column {', '.join(missing)}; the file has {', '.join(run.columns)}")
+    return run.select(model.inputs)
+
+
+def block_features(model: FeatureModel, run: Run) -> Tensor:
+    """(N, F) block means of a model's features; the features remember, so they are computed on the fine grid and averaged then."""
+    with torch.no_grad():
+        return run.block_mean_columns(model.features(raw_columns(model, run)))
+
+
+def predict_blocks(model: Model, run: Run) -> Tensor:
+    """(N,) block means of the error that a model predicts for a run [output's unit], on the CPU."""
+    device = next((tensor.device for tensor in [*model.parameters(), *model.buffers()]), torch.device("cpu"))
+    with torch.no_grad():
+        return run.block_mean(model(raw_columns(model, run).to(device)).cpu())
+
+
+def usable_device(name: str) -> torch.device:
+    """The device behind `torch_device=`.
+
+    Raises:
+        InputError: no such device here.
+    """
+    kind = name.partition(":")[0]
+    if kind not in {"cpu", "cuda"}:
+        raise InputError(f"torch_device={name}: possible: cpu, cuda")
+    if kind == "cuda" and not torch.cuda.is_available():
+        raise InputError(f"torch_device={name}: this machine has no CUDA device that torch can use; possible: cpu")
+    return torch.device(name)

@@ -1,0 +1,100 @@
+"""Every drawing of the page, ready to be placed."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+from markupsafe import Markup
+
+from zoo.report.canvas import inline_svg
+from zoo.report.ladder_figure import ladder_figure, program_figure
+from zoo.report.palette import styled
+from zoo.report.scatter_figure import residual_against_rate, residual_against_temperature
+from zoo.report.time_figure import Shade, time_figure
+from zoo.report.trace import Trace, rms, worst_first
+from zoo.report.verdict import Rung, excess
+from zoo.report.wording import Scale, finite, times
+from zoo.units import convert
+
+RUNS_DRAWN = 8
+"""More runs make the page slow; the worst are drawn."""
+SHADED = 6
+WORTH_SHADING = 1.5
+"""A region whose RMS is closer to the noise floor does not fail."""
+
+
+@dataclass(frozen=True)
+class RunDrawings:
+    """The three drawings of one run, and its caption."""
+
+    trace: Trace
+    caption: str
+    over_time: Markup
+    over_temperature: Markup
+    over_rate: Markup
+
+
+def drawn(traces: list[Trace]) -> list[Trace]:
+    """The runs that get drawings: all, or the worst of many, in the given order."""
+    chosen = {id(trace) for trace in worst_first([trace for trace in traces if len(trace.time_s)])[:RUNS_DRAWN]}
+    return [trace for trace in traces if id(trace) in chosen]
+
+
+def shades(where: list[dict[str, Any]], run: str) -> list[Shade]:
+    """The worst regions of one run, numbered as in the table of all."""
+    found = []
+    for rank, region in enumerate(where[:SHADED], 1):
+        start, end, ratio = (finite(region.get(key)) for key in ("from_s", "to_s", "excess"))
+        if region.get("run") == run and start is not None and end is not None and (ratio or 0.0) >= WORTH_SHADING:
+            found.append(Shade(rank, convert(start, "s", "h"), convert(end, "s", "h")))
+    return found
+
+
+def run_drawings(trace: Trace, where: list[dict[str, Any]], scale: Scale, floor: float | None, salt: str) -> RunDrawings:
+    """Draw one run.
+
+    Args:
+        trace: the run.
+        where: the diagnosis' regions, worst first.
+        scale: how values are written.
+        floor: noise floor [output's unit].
+        salt: distinguishes the drawings on one page.
+    """
+    caption = _caption(trace, scale, floor)
+    with styled(f"{salt}t"):
+        over_time = inline_svg(time_figure(trace, shades(where, trace.run), scale, floor), f"{trace.run} against time. {caption}")
+    with styled(f"{salt}c"):
+        over_temperature = inline_svg(residual_against_temperature(trace, scale, floor), f"{trace.run}: residual against temperature, by stage")
+    with styled(f"{salt}r"):
+        over_rate = inline_svg(residual_against_rate(trace, scale, floor), f"{trace.run}: residual against temperature rate, by stage")
+    return RunDrawings(trace, caption, over_time, over_temperature, over_rate)
+
+
+def _caption(trace: Trace, scale: Scale, floor: float | None) -> str:
+    now, after = rms(trace.residual), rms(trace.residual_after)
+    text = f"RMS of the residual {scale.full(now)}{_multiple(now, floor)}"
+    return text if after is None else f"{text}; with the missing effects {scale.full(after)}{_multiple(after, floor)}"
+
+
+def _multiple(value: float | None, floor: float | None) -> str:
+    ratio = excess(value, floor)
+    return "" if ratio is None else f", {times(ratio)} noise floor"
+
+
+def ladder_drawing(rungs: list[Rung], scale: Scale, floor: float | None, floor_check: float | None) -> Markup | None:
+    """The ladder, or None where nothing is known."""
+    if not rungs:
+        return None
+    steps = "; ".join(f"{rung.added or 'as it stands'}: {scale.full(rung.rms)}" for rung in rungs)
+    with styled("ladder"):
+        return inline_svg(ladder_figure(rungs, scale, floor, floor_check), f"RMS as effects are added. {steps}; noise floor {scale.full(floor)}")
+
+
+def program_drawing(profile: Any) -> Markup | None:
+    """The chamber program of the next experiment, where it is given as legs."""
+    legs = profile.get("legs") if isinstance(profile, dict) else None
+    if not isinstance(legs, list) or not legs or not all(isinstance(leg, (list, tuple)) and len(leg) == 3 for leg in legs):
+        return None
+    with styled("program"):
+        return inline_svg(program_figure(legs), f"Chamber program of {len(legs)} legs")

@@ -1,0 +1,146 @@
+"""The self-contained page that `diagnose` and `refine` write."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from datetime import datetime
+from importlib.resources import files
+from pathlib import Path
+from typing import Any
+
+from zoo import __version__
+from zoo.artifacts import write_text
+from zoo.report import tables
+from zoo.report.drawings import drawn, ladder_drawing, program_drawing, run_drawings, shades
+from zoo.report.trace import Trace, rms
+from zoo.report.verdict import Record, excess, ladder, missing, rms_after, unexplained, verdict_of
+from zoo.report.wording import Scale, finite, joined, significant, times
+
+REGIONS_SHOWN = 8
+
+
+def write_report(path: str | Path, diagnosis: Record, traces: list[Trace], refinement: Record | None = None, commands: Sequence[str] = ()) -> None:
+    """Write the page, whole or not at all.
+
+    Args:
+        path: of the page.
+        diagnosis: the contract's `diagnosis.json`; any field may be null.
+        traces: the runs, fitted and checked.
+        refinement: the contract's `refinement.json`, where effects were added.
+        commands: what to type next, best first.
+    """
+    write_text(path, render(diagnosis, traces, refinement, commands))
+
+
+def render(diagnosis: Record, traces: list[Trace], refinement: Record | None = None, commands: Sequence[str] = ()) -> str:
+    """The page as text, see `write_report`."""
+    from jinja2 import Environment, FunctionLoader, StrictUndefined
+
+    folder = files("zoo.report")
+    loader = FunctionLoader(lambda name: folder.joinpath(name).read_text(encoding="utf-8"))
+    environment = Environment(loader=loader, autoescape=True, undefined=StrictUndefined, trim_blocks=True, lstrip_blocks=True)
+    page: str = environment.get_template("template.html.j2").render(_context(diagnosis, traces, refinement, list(commands)))
+    return page
+
+
+def scale_of(diagnosis: Record, refinement: Record | None = None) -> Scale:
+    """How this diagnosis writes the output's values."""
+    unit = diagnosis.get("unit") or (refinement or {}).get("unit")
+    return Scale.of(unit, floor_of(diagnosis, refinement), diagnosis.get("rms"))
+
+
+def floor_of(diagnosis: Record, refinement: Record | None = None) -> float | None:
+    """Noise floor of the fitted runs [output's unit]."""
+    return finite(diagnosis.get("noise_floor")) or finite((refinement or {}).get("noise_floor"))
+
+
+def _context(diagnosis: Record, traces: list[Trace], refinement: Record | None, commands: list[str]) -> dict[str, Any]:
+    scale, floor = scale_of(diagnosis, refinement), floor_of(diagnosis, refinement)
+    where, pictured = diagnosis.get("where") or [], drawn(traces)
+    return {
+        "kind": "Refinement" if refinement else "Diagnosis",
+        "verdict": verdict_of(diagnosis, refinement),
+        "tiles": _tiles(diagnosis, traces, refinement, scale, floor),
+        "commands": commands,
+        "unit": scale.label,
+        "runs": [run_drawings(trace, where, scale, floor, f"r{i}") for i, trace in enumerate(pictured)],
+        "undrawn": [trace.run for trace in traces if trace not in pictured],
+        "regions": tables.region_rows(where, scale),
+        "shaded": {str(shade.rank) for trace in pictured for shade in shades(where, trace.run)},
+        "regions_shown": REGIONS_SHOWN,
+        "candidates": tables.candidate_rows(diagnosis, scale),
+        "effects": _effects(diagnosis, refinement),
+        "written": datetime.now().astimezone().strftime("%Y-%m-%d %H:%M %Z"),
+        "version": __version__,
+        **_ladder_part(diagnosis, refinement, scale, floor),
+        **_experiment_part(diagnosis),
+        **_read_part(diagnosis, traces, refinement, scale),
+    }
+
+
+def _tiles(diagnosis: Record, traces: list[Trace], refinement: Record | None, scale: Scale, floor: float | None) -> list[tuple[str, str, str]]:
+    """Label, value, remark."""
+    steps = ladder(diagnosis, refinement)
+    now = steps[0].rms if refinement and steps else finite(diagnosis.get("rms"))
+    after, added = rms_after(diagnosis, traces, refinement), [rung.added for rung in steps if rung.added] if refinement else missing(diagnosis)
+    checked = [rung.rms_check for rung in steps if rung.rms_check is not None]
+    tiles = [("RMS of the residual now", scale.text(now), _multiple(now, floor))]
+    if added:
+        what = f"RMS with {added[0]}" if len(added) == 1 else f"RMS with all {len(added)} added"
+        tiles.append((what, scale.text(after), _multiple(after, floor)))
+    if checked:
+        remark = f"never fitted; before {scale.text(checked[0])}" if len(checked) > 1 else "never fitted"
+        tiles.append(("RMS on check runs", scale.text(checked[-1]), remark))
+    return [*tiles, ("Noise floor", scale.text(floor), "what a complete model would leave")]
+
+
+def _multiple(value: float | None, floor: float | None) -> str:
+    ratio = excess(value, floor)
+    return "" if ratio is None else f"{times(ratio)} noise floor"
+
+
+def _ladder_part(diagnosis: Record, refinement: Record | None, scale: Scale, floor: float | None) -> dict[str, Any]:
+    rungs, floor_check = ladder(diagnosis, refinement), finite((refinement or {}).get("noise_floor_check"))
+    return {
+        "ladder": ladder_drawing(rungs, scale, floor, floor_check),
+        "ladder_rows": tables.ladder_rows(rungs, scale, floor, floor_check),
+        "ladder_checked": any(rung.rms_check is not None for rung in rungs),
+    }
+
+
+def _experiment_part(diagnosis: Record) -> dict[str, Any]:
+    experiment = diagnosis.get("next_experiment") or {}
+    profile = experiment.get("profile")
+    settings = profile.items() if isinstance(profile, dict) else ()
+    return {
+        "experiment": experiment,
+        "separates": joined(experiment.get("separates")),
+        "program": program_drawing(profile),
+        "settings": [(str(key), str(value)) for key, value in settings if value is not None],
+    }
+
+
+def _read_part(diagnosis: Record, traces: list[Trace], refinement: Record | None, scale: Scale) -> dict[str, Any]:
+    known = [trace.run for trace in traces]
+    block = finite(diagnosis.get("average_s") or (refinement or {}).get("average_s"))
+    return {
+        "run_rows": tables.run_rows(traces, scale),
+        "other_runs": [str(run) for run in diagnosis.get("runs") or [] if str(run) not in known],
+        "refined": any(rms(trace.residual_after) is not None for trace in traces),
+        "block": f"block means of {significant(block)} s" if block else "samples as recorded",
+        "samples": diagnosis.get("samples"),
+        "notes": [str(note) for note in diagnosis.get("notes") or []],
+        "undetermined": [str(item) for item in diagnosis.get("undetermined") or []],
+        "unexplained": unexplained(diagnosis),
+        "not_tried": [(str(name), joined(needs)) for name, needs in (diagnosis.get("not_tried") or {}).items()],
+    }
+
+
+def _effects(diagnosis: Record, refinement: Record | None) -> list[tuple[str, bool, list[tuple[str, str, str]]]]:
+    """Name, whether it was added, parameters; the coil's own come last."""
+    steps = ladder(diagnosis, refinement)
+    now = [str(name) for name in diagnosis.get("effects") or (steps[0].effects if steps else [])]
+    added = [rung.added for rung in steps if rung.added] if refinement else missing(diagnosis)
+    fitted = (refinement or {}).get("parameters") or diagnosis.get("parameters") or {}
+    others = [name for name in fitted if name not in now and name not in added]
+    return [(name, name in added and name not in now, tables.parameter_rows(fitted.get(name))) for name in [*now, *added, *others]]

@@ -1,0 +1,145 @@
+"""Rows of the page's tables, every number already written."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from zoo.report.trace import Trace, rms
+from zoo.report.verdict import Record, Rung, excess, missing
+from zoo.report.wording import NONE, Scale, finite, fixed, joined, percent, significant, times, unit_symbol, with_error
+from zoo.units import convert
+
+LIKELY = 0.01
+"""Candidates less probable than this are folded away."""
+
+
+@dataclass(frozen=True)
+class CandidateRow:
+    """One candidate: what is shown at once, and what unfolds."""
+
+    effect: str
+    probability: str
+    width: str
+    rms: str
+    rms_cross_validated: str
+    delta_bic: str
+    twins: list[str]
+    parameters: list[tuple[str, str, str]]
+    facts: list[tuple[str, str]]
+    needed: bool
+    likely: bool
+
+
+def hours(seconds: Any) -> str:
+    """Seconds as hours with two decimals."""
+    number = finite(seconds)
+    return NONE if number is None else fixed(convert(number, "s", "h"), 2)
+
+
+def celsius(pair: Any) -> str:
+    """``20.0`` or ``20.0 … 60.0``."""
+    texts = [fixed(value, 1) for value in pair or []]
+    return NONE if not texts else texts[0] if texts[0] == texts[-1] else f"{texts[0]} … {texts[-1]}"
+
+
+def region_rows(where: list[Record], scale: Scale) -> list[list[str]]:
+    """Rank, run, stage, from [h], to [h], temperature [°C], rms, multiple of the noise floor."""
+    return [
+        [
+            str(rank),
+            str(region.get("run") or NONE),
+            str(region.get("stage") or NONE),
+            hours(region.get("from_s")),
+            hours(region.get("to_s")),
+            celsius(region.get("temperature_c")),
+            scale.text(region.get("rms")),
+            times(region.get("excess")),
+        ]
+        for rank, region in enumerate(where, 1)
+    ]
+
+
+def parameter_rows(parameters: Any) -> list[tuple[str, str, str]]:
+    """Name, value ± standard error, unit."""
+    found = parameters.items() if isinstance(parameters, dict) else ()
+    return [(str(name), with_error(p.get("value"), p.get("stderr")), unit_symbol(p.get("unit"))) for name, p in found if isinstance(p, dict)]
+
+
+def candidate_rows(diagnosis: Record, scale: Scale) -> list[CandidateRow]:
+    """All candidates, best first."""
+    needed = missing(diagnosis)
+    return [_candidate_row(entry, scale, str(entry.get("effect")) in needed) for entry in diagnosis.get("candidates") or []]
+
+
+def _candidate_row(entry: Record, scale: Scale, needed: bool) -> CandidateRow:
+    chance = finite(entry.get("probability"))
+    return CandidateRow(
+        effect=str(entry.get("effect") or NONE),
+        probability=percent(chance),
+        width=f"{100 * min(max(chance or 0.0, 0.0), 1.0):.1f}%",
+        rms=scale.text(entry.get("rms")),
+        rms_cross_validated=scale.text(entry.get("rms_cross_validated")),
+        delta_bic=_bic(entry.get("delta_bic")),
+        twins=[str(name) for name in entry.get("indistinguishable_from") or []],
+        parameters=parameter_rows(entry.get("parameters")),
+        facts=_facts(entry),
+        needed=needed,
+        likely=needed or (chance or 0.0) >= LIKELY,
+    )
+
+
+def _bic(value: Any) -> str:
+    number = finite(value)
+    return NONE if number is None else f"{'+' if round(number) > 0 else ''}{fixed(number, 0)}"
+
+
+def _facts(entry: Record) -> list[tuple[str, str]]:
+    columns = entry.get("columns")
+    listed = joined(columns) if isinstance(columns, (list, tuple)) else columns
+    facts = [("How it looks", entry.get("explanation")), ("Formula", entry.get("formula"))]
+    facts += [("Where it acts", entry.get("place")), ("Columns", listed)]
+    if entry.get("refitted") is False:
+        facts.append(("Numbers", "from the screening, without refitting the rest of the model"))
+    return [(label, str(text)) for label, text in facts if text]
+
+
+def ladder_rows(rungs: list[Rung], scale: Scale, floor: Any, floor_check: Any) -> list[list[str]]:
+    """What was added, RMS and multiple of the noise floor on the fitted and on the check runs."""
+    noise = finite(floor_check) or floor
+    rows = []
+    for rung in rungs:
+        fitted = [scale.text(rung.rms), times(excess(rung.rms, floor))]
+        checked = [scale.text(rung.rms_check), times(excess(rung.rms_check, noise))]
+        rows.append([f"+\u00a0{rung.added}" if rung.added else "as it stands", *fitted, *checked])
+    return rows
+
+
+def run_rows(traces: list[Trace], scale: Scale) -> list[list[str]]:
+    """Name, role, blocks, hours, temperature [°C], fastest ramp [K/min], RMS of error, residual, residual after adding."""
+    return [
+        [
+            trace.run,
+            "check" if trace.role == "check" else "fitted",
+            f"{len(trace.time_s)}",
+            fixed(trace.hours[-1] - trace.hours[0], 1) if len(trace.time_s) else NONE,
+            celsius(_range(trace.temperature_c)),
+            significant(_largest(trace.rate_k_per_min), 2),
+            scale.text(rms(trace.error)),
+            scale.text(rms(trace.residual)),
+            scale.text(rms(trace.residual_after)),
+        ]
+        for trace in traces
+    ]
+
+
+def _range(values: np.ndarray) -> list[float]:
+    known = values[np.isfinite(values)]
+    return [float(known.min()), float(known.max())] if known.size else []
+
+
+def _largest(values: np.ndarray) -> float | None:
+    known = np.abs(values[np.isfinite(values)])
+    return float(known.max()) if known.size else None

@@ -1,0 +1,75 @@
+"""The diagnosis as TensorBoard events, to be compared with other runs side by side."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from zoo.report.canvas import png
+from zoo.report.drawings import shades
+from zoo.report.ladder_figure import ladder_figure
+from zoo.report.page import floor_of, scale_of
+from zoo.report.palette import styled
+from zoo.report.time_figure import time_figure
+from zoo.report.trace import Trace, worst_first
+from zoo.report.verdict import Record, ladder, verdict_of
+from zoo.report.wording import finite
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+    from torch.utils.tensorboard import SummaryWriter
+
+RUNS_DRAWN = 2
+"""Each image costs about 0.2 s; the page has the others."""
+
+
+def write_events(folder: str | Path, diagnosis: Record, traces: list[Trace], refinement: Record | None = None) -> None:
+    """Write an event file.
+
+    Scalars: ``rms/fit``, ``rms/check`` and ``rms/noise_floor`` in the output's unit, with the rung of the ladder as the step; ``probability/<effect>``.
+    Images: the ladder, and the worst runs against time.
+
+    Args:
+        folder: where the event file goes.
+        diagnosis: the contract's `diagnosis.json`.
+        traces: the runs, fitted and checked.
+        refinement: the contract's `refinement.json`, where effects were added.
+    """
+    from torch.utils.tensorboard import SummaryWriter
+
+    with SummaryWriter(str(folder)) as writer:
+        verdict = verdict_of(diagnosis, refinement)
+        writer.add_text("verdict", "\n\n".join([f"**{verdict.headline}**", *verdict.sentences]))
+        _add_scalars(writer, diagnosis, refinement)
+        _add_figures(writer, diagnosis, traces, refinement)
+
+
+def _add_scalars(writer: SummaryWriter, diagnosis: Record, refinement: Record | None) -> None:
+    floor = floor_of(diagnosis, refinement)
+    for step, rung in enumerate(ladder(diagnosis, refinement)):
+        for tag, value in (("rms/fit", rung.rms), ("rms/check", rung.rms_check), ("rms/noise_floor", floor)):
+            if value is not None:
+                writer.add_scalar(tag, value, step)
+    for entry in diagnosis.get("candidates") or []:
+        chance = finite(entry.get("probability"))
+        if chance is not None:
+            writer.add_scalar(f"probability/{entry.get('effect')}", chance)
+
+
+def _add_figures(writer: SummaryWriter, diagnosis: Record, traces: list[Trace], refinement: Record | None) -> None:
+    scale, floor, rungs = scale_of(diagnosis, refinement), floor_of(diagnosis, refinement), ladder(diagnosis, refinement)
+    with styled():
+        if rungs:
+            _add_figure(writer, "ladder", ladder_figure(rungs, scale, floor, finite((refinement or {}).get("noise_floor_check"))))
+        for trace in worst_first([trace for trace in traces if len(trace.time_s)])[:RUNS_DRAWN]:
+            _add_figure(writer, f"runs/{trace.run}", time_figure(trace, shades(diagnosis.get("where") or [], trace.run), scale, floor))
+
+
+def _add_figure(writer: SummaryWriter, tag: str, figure: Figure) -> None:
+    # SummaryWriter.add_figure imports pyplot, and compresses through PIL what matplotlib has just drawn.
+    from tensorboard.compat.proto.summary_pb2 import Summary
+
+    width, height = (int(side) for side in figure.get_size_inches() * figure.dpi)
+    image = Summary.Image(encoded_image_string=png(figure), colorspace=4, width=width, height=height)
+    if writer.file_writer is not None:
+        writer.file_writer.add_summary(Summary(value=[Summary.Value(tag=tag, image=image)]), 0)

@@ -1,0 +1,131 @@
+"""Numbers as a reader wants them: rounded to what is known, with a true minus, and a dash where there is none."""
+
+from __future__ import annotations
+
+import math
+import re
+from dataclasses import dataclass
+from typing import Any
+
+from zoo.units import OUTPUT_QUANTITIES, UNITS, suffixes
+
+NONE = "–"
+_SUPERSCRIPT = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
+
+
+def finite(value: Any) -> float | None:
+    """The number, or None for whatever is no finite number."""
+    if isinstance(value, bool) or not isinstance(value, (int, float)):
+        return None
+    return float(value) if math.isfinite(value) else None
+
+
+def fixed(value: Any, decimals: int) -> str:
+    """A number with so many decimals: ``fixed(-1.25, 1) == "−1.2"``."""
+    number = finite(value)
+    if number is None:
+        return NONE
+    text = f"{number:.{max(decimals, 0)}f}"
+    return text.lstrip("-") if float(text) == 0 else text.replace("-", "−")
+
+
+def significant(value: Any, digits: int = 3) -> str:
+    """A number with so many significant digits; powers of ten far from one."""
+    number = finite(value)
+    if number is None:
+        return NONE
+    if number == 0:
+        return "0"
+    exponent = math.floor(math.log10(abs(number)))
+    if -4 <= exponent < 6:
+        return fixed(round(number, digits - 1 - exponent), digits - 1 - exponent)
+    return f"{fixed(number / 10.0**exponent, digits - 1)}·10{str(exponent).translate(_SUPERSCRIPT)}"
+
+
+def with_error(value: Any, stderr: Any) -> str:
+    """A value and its standard error, both rounded where the error's second digit is: ``6.10 ± 0.41``."""
+    number, error = finite(value), finite(stderr)
+    if number is None or not error:
+        return significant(number)
+    size = max(abs(number), error)
+    exponent = math.floor(math.log10(size)) if not 1e-4 <= size < 1e6 else 0
+    decimals = 1 - math.floor(math.log10(error)) + exponent
+    scaled = f"{fixed(number / 10.0**exponent, decimals)} ± {fixed(error / 10.0**exponent, decimals)}"
+    return f"({scaled})·10{str(exponent).translate(_SUPERSCRIPT)}" if exponent else scaled
+
+
+def percent(share: Any) -> str:
+    """A probability or a fraction; never quite 0 or 100 %."""
+    number = finite(share)
+    if number is None:
+        return NONE
+    whole = round(100 * number)
+    return "> 99 %" if whole >= 100 else "< 1 %" if whole <= 0 else f"{whole} %"
+
+
+def times(ratio: Any) -> str:
+    """A multiple: ``11.2×``."""
+    number = finite(ratio)
+    if number is None:
+        return NONE
+    return "> 999×" if number >= 999.5 else f"{fixed(number, 1 if number < 99.95 else 0)}×"
+
+
+def unit_symbol(unit: Any) -> str:
+    """A unit, or a product with one, as usually written: ``unit_symbol("dph·min/K") == "°/h·min/K"``."""
+    return re.sub(r"[A-Za-z_]\w*", lambda match: UNITS[match[0]].symbol if match[0] in suffixes(*OUTPUT_QUANTITIES) else match[0], str(unit or ""))
+
+
+def joined(names: Any, last: str = "and") -> str:
+    """``a``, ``a and b``, ``a, b and c``."""
+    items = [str(name) for name in names or []]
+    return items[0] if len(items) == 1 else f"{', '.join(items[:-1])} {last} {items[-1]}" if items else ""
+
+
+@dataclass(frozen=True)
+class Scale:
+    """One way to write every value of the output, so that columns align.
+
+    Attributes:
+        symbol: the output's unit.
+        exponent: values are written in this power of ten of the unit.
+        decimals: how many are worth writing.
+    """
+
+    symbol: str
+    exponent: int = 0
+    decimals: int = 4
+
+    @classmethod
+    def of(cls, unit: Any, floor: Any, rms: Any) -> Scale:
+        """Two to three significant digits of the noise floor, or of an RMS far above it.
+
+        Args:
+            unit: the output's suffix.
+            floor: noise floor [unit].
+            rms: RMS of the residual [unit].
+        """
+        resolution = max(finite(floor) or 0.0, 1e-2 * (finite(rms) or 0.0)) or 1.0
+        digits = math.floor(math.log10(resolution / 2))
+        exponent = 0 if -5 < digits < 6 else 3 * (digits // 3)
+        return cls(unit_symbol(unit), exponent, max(0, 1 - digits + exponent))
+
+    @property
+    def label(self) -> str:
+        """The unit with its power of ten."""
+        return f"10{str(self.exponent).translate(_SUPERSCRIPT)} {self.symbol}" if self.exponent else self.symbol
+
+    @property
+    def factor(self) -> float:
+        """Multiplies a value in the output's unit."""
+        return 10.0**-self.exponent
+
+    def text(self, value: Any) -> str:
+        """A value in this scale, without unit."""
+        number = finite(value)
+        return NONE if number is None else fixed(number * self.factor, self.decimals)
+
+    def full(self, value: Any) -> str:
+        """A value with its unit."""
+        text = self.text(value)
+        return text if text == NONE else f"{text} {self.label}"

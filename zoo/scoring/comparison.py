@@ -1,0 +1,53 @@
+"""Errors before and after compensation, by stage: the rows of every table that sets models side by side."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+import torch
+from torch import Tensor
+
+from zoo.scoring.stages import KINDS, Stage, bias_stability, rms, stage_mask
+
+UNCOMPENSATED = "uncompensated"
+WHOLE = "whole"
+
+
+def residuals(error: Tensor, predicted: Mapping[str, Tensor]) -> dict[str, Tensor]:
+    """What is left of the error, uncompensated and after each model.
+
+    Args:
+        error: (N,) block means [output's unit].
+        predicted: (N,) by model [output's unit].
+
+    Returns:
+        (N,) each [output's unit].
+    """
+    return {UNCOMPENSATED: error, **{name: error - value for name, value in predicted.items()}}
+
+
+def rms_by_kind(left: Mapping[str, Tensor], stages: list[Stage]) -> list[dict[str, Any]]:
+    """One row for each kind of stage that occurs, then one for the whole run.
+
+    Args:
+        left: (N,) residuals by name [output's unit].
+        stages: of the same N blocks.
+
+    Returns:
+        Rows ``{"stage": ..., "blocks": ..., NAME: rms, ...}`` [output's unit].
+    """
+    masks = {kind: stage_mask(stages, kind) for kind in KINDS}
+    everything = torch.ones(sum(stage.to_index - stage.from_index for stage in stages), dtype=torch.bool)
+    chosen = {kind: mask for kind, mask in masks.items() if bool(mask.any())} | {WHOLE: everything}
+    return [{"stage": name, "blocks": int(mask.sum())} | {who: rms(value[mask]) for who, value in left.items()} for name, mask in chosen.items()]
+
+
+def rms_by_stage(left: Mapping[str, Tensor], stages: list[Stage]) -> list[dict[str, Any]]:
+    """One row for each single stage in time order, with its times [s], temperatures [°C], RMS and bias stability by name [output's unit]."""
+    return [
+        {"stage": stage.kind, "from_s": stage.from_s, "to_s": stage.to_s, "temperature_c": list(stage.temperature_c)}
+        | {"rms": {who: rms(value[stage.blocks]) for who, value in left.items()}}
+        | {"bias_stability": {who: bias_stability(value[stage.blocks]) for who, value in left.items()}}
+        for stage in stages
+    ]

@@ -1,0 +1,155 @@
+"""Parameters of the effects a simulated gyro has, drawn so that a program shows them."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import torch
+from torch import Tensor
+
+from zoo.effects.base import Effect, Parameter, physical_value
+from zoo.effects.shupe import Shupe
+from zoo.errors import InputError, nearest
+from zoo.simulator.device import Device
+from zoo.simulator.streams import Span, sign, stream, uniform
+
+# Leading amplitude, and how large the others may be relative to it. Shares of physics.md §10.5 at 60 K from the reference; fringes of any phase.
+RATIOS: dict[str, tuple[str, dict[str, float]]] = {
+    "static_bias": ("slope", {"offset": 10.0, "curvature": 0.3 / 60, "cubic": 0.1 / 60**2}),
+    "sensor_lag": ("slope", {"curvature": 0.3 / 60}),
+    "rate_temperature_coupling": ("slope", {"curvature": 0.3 / 60}),
+    "polarization": ("cosine", {"sine": 1.0, "cosine_2": 0.3, "sine_2": 0.3}),
+    "magnetic": ("sensitivity", {"slope": 0.0015}),
+}
+# Shapes that show within hours and within the tens of kelvins of a program; physics.md gives wider bounds.
+VISIBLE = {
+    ("polarization", "period"): Span(5.0, 40.0, "K"),
+    ("warm_up", "time"): Span(600.0, 3600.0, "s"),
+    ("hysteresis", "width"): Span(3.0, 12.0, "K"),
+    ("hysteresis", "spread"): Span(15.0, 80.0, "K"),
+    ("sensor_lag", "lag"): Span(200.0, 1800.0, "s"),
+    ("aging", "time"): Span(5.0, 200.0, "h"),
+}
+
+
+@dataclass(frozen=True)
+class Scene:
+    """What limits a shape that should show.
+
+    Attributes:
+        runs: how many runs are fitted.
+        seconds: length of the shortest [s].
+        low_c: coldest air [°C].
+        high_c: hottest air [°C].
+    """
+
+    runs: int
+    seconds: float
+    low_c: float
+    high_c: float
+
+
+def shape_parameters(effect: Effect) -> tuple[Parameter, ...]:
+    """The shapes a simulated gyro's effect has; Shupe's effect is computed from the layers and needs none."""
+    return () if isinstance(effect, Shupe) else effect.shape
+
+
+def draw_shape(name: str, effect: Effect, scene: Scene, seed: int) -> Tensor:
+    """(S,) shape parameters, in their units.
+
+    Args:
+        name: the effect's.
+        effect: declares the shapes.
+        scene: what limits them.
+        seed: the user's.
+    """
+    values = [_visible(name, one, scene, stream(seed, "shape", name, one.name)) for one in shape_parameters(effect)]
+    return torch.tensor(values, dtype=torch.float64)
+
+
+def _visible(name: str, parameter: Parameter, scene: Scene, generator: torch.Generator) -> float:
+    key = (name, parameter.name)
+    width = scene.high_c - scene.low_c
+    if key == ("hysteresis", "centre"):
+        return scene.low_c + (0.2 + 0.6 * uniform(generator)) * width
+    if key == ("bias_step", "onset"):
+        return (0.15 + 0.7 * uniform(generator)) * scene.seconds / 3600
+    if parameter.scale == "index":
+        return float(math.floor(uniform(generator) * ((scene.runs if scene.runs > 1 else 0) + 1)))
+    value = VISIBLE[key].draw(generator) if key in VISIBLE else float(physical_value(torch.tensor(0.2 + 0.6 * uniform(generator)), parameter))
+    # A loop wider than the program would never close.
+    return min(value, max(width / 6, parameter.low)) if key == ("hysteresis", "width") else value
+
+
+def draw_amplitude(name: str, effect: Effect, device: Device, seed: int) -> Tensor | None:
+    """(K,) amplitudes [output's unit per unit of the column] from the spread of the gyro's class.
+
+    Args:
+        name: the effect's.
+        effect: declares the amplitudes.
+        device: the gyro.
+        seed: the user's.
+
+    Returns:
+        None where the class does not know the effect.
+    """
+    if name not in device.effects:
+        return None
+    leading, ratios = RATIOS.get(name, (effect.amplitudes[0].name, {}))
+    low, high = device.effects[name]
+    generator = stream(seed, "amplitude", name)
+    size = sign(generator) * Span(low, high, "").draw(generator)
+    others = {one.name: size * ratios.get(one.name, 0.0) * (2 * uniform(generator) - 1) for one in effect.amplitudes}
+    return torch.tensor([size if one.name == leading else others[one.name] for one in effect.amplitudes], dtype=torch.float64)
+
+
+def draw_direction(name: str, columns_rms: Tensor, seed: int) -> Tensor:
+    """(K,) amplitudes of an effect nobody has numbers for: random, with every column of equal weight.
+
+    Args:
+        name: the effect's.
+        columns_rms: (K,) root mean square of each column.
+        seed: the user's.
+    """
+    raw = torch.randn(len(columns_rms), generator=stream(seed, "amplitude", name), dtype=torch.float64)
+    return raw / torch.where(columns_rms > 0, columns_rms, torch.ones_like(columns_rms))
+
+
+def given_values(values: Tensor, declared: tuple[Parameter, ...], given: Mapping[str, float], name: str) -> Tensor:
+    """Drawn values with the user's own in their place.
+
+    Args:
+        values: (P,) drawn.
+        declared: P declarations.
+        given: value by parameter; names that are not declared here are left alone.
+        name: the effect's, for the message.
+
+    Raises:
+        InputError: a value that is not a number or out of the declared bounds.
+    """
+    for one, value in given.items():
+        match = next((p for p in declared if p.name == one), None)
+        if match and (isinstance(value, (str, bool)) or not match.low <= value <= match.high):
+            raise InputError(f"parameters.{name}.{one}={value}: {match.low:g} to {match.high:g} {match.unit} is possible")
+    return torch.tensor([float(given.get(p.name, old)) for p, old in zip(declared, values.tolist(), strict=True)], dtype=torch.float64)
+
+
+def check_given(given: Mapping[str, Mapping[str, float]], effects: Mapping[str, Effect]) -> None:
+    """Refuse the user's parameters of effects or with names that are not there.
+
+    Raises:
+        InputError: an unknown effect or parameter.
+    """
+    if not isinstance(given, Mapping):
+        raise InputError(f"parameters={given}: effect: {{parameter: value}} is expected")
+    for name, values in given.items():
+        if name not in effects:
+            raise InputError(f"parameters.{name}: the gyro does not have this effect; {nearest(name, effects)}")
+        if not isinstance(values, Mapping):
+            raise InputError(f"parameters.{name}={values}: parameter: value is expected")
+        known = [one.name for one in (*shape_parameters(effects[name]), *effects[name].amplitudes)]
+        unknown = [one for one in values if one not in known]
+        if unknown:
+            raise InputError(f"parameters.{name}.{unknown[0]}: {nearest(unknown[0], known)}")

@@ -1,0 +1,96 @@
+"""Weights as a vector: drawing them at random, and evaluating many of them at once."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+
+import torch
+from lightning.pytorch import Callback, LightningModule, Trainer
+from torch import Generator, Tensor, nn
+from torch.func import functional_call, vmap
+
+from zoo.models.base import FeatureModel
+
+VALUES_AT_ONCE = 4_000_000
+
+
+def reset(model: nn.Module, generator: Generator) -> None:
+    """Draw a model's weights at random.
+
+    A module may say how in a method ``draw_weights(generator)``; linear layers are drawn as torch does, uniform within ±1/√inputs (He et al.
+    2015 with a = √5); parameters of other modules stay as they are.
+
+    Args:
+        model: changed in place.
+        generator: source of chance; draws are made on its device, so that the same seed gives the same weights everywhere.
+    """
+    for module in model.modules():
+        own: Callable[[Generator], None] | None = getattr(module, "draw_weights", None)
+        if own is not None:
+            own(generator)
+        elif isinstance(module, nn.Linear):
+            bound = 1 / math.sqrt(module.in_features)
+            for parameter in module.parameters(recurse=False):
+                drawn = torch.rand(parameter.shape, generator=generator, dtype=parameter.dtype, device=generator.device)
+                parameter.data.copy_(bound * (2 * drawn - 1))
+
+
+class RandomInit(Callback):
+    """Initial weights drawn at random, from the given seed alone."""
+
+    def __init__(self, seed: int = 1) -> None:
+        self.seed = seed
+        self.evaluations = 0
+
+    def on_train_start(self, trainer: Trainer, pl_module: LightningModule) -> None:
+        """Draw; not where a checkpoint has already brought the weights back."""
+        if trainer.global_step == 0:
+            reset(pl_module, torch.Generator().manual_seed(self.seed))
+
+
+class _Head(nn.Module):
+    # torch.func.functional_call swaps the parameters of a module's forward only.
+    def __init__(self, model: FeatureModel) -> None:
+        super().__init__()
+        self.model = model
+
+    def forward(self, features: Tensor) -> Tensor:
+        return self.model.head(features)
+
+
+def weight_vector(model: nn.Module) -> Tensor:
+    """(D,) all parameters of a model, one after the other."""
+    return torch.cat([parameter.detach().flatten() for parameter in model.parameters()])
+
+
+def set_weights(model: nn.Module, vector: Tensor) -> None:
+    """Write a (D,) vector into a model's parameters, in place."""
+    pieces = vector.detach().split([parameter.numel() for parameter in model.parameters()])
+    with torch.no_grad():
+        for parameter, piece in zip(model.parameters(), pieces, strict=True):
+            parameter.copy_(piece.view_as(parameter))
+
+
+def population_outputs(model: FeatureModel, weights: Tensor, features: Tensor) -> Tensor:
+    """One model with many weights, in one batched pass.
+
+    Args:
+        model: lends its structure and its buffers.
+        weights: (P, D) as `weight_vector` orders them.
+        features: (M, F).
+
+    Returns:
+        (P, M) predicted errors [output's unit].
+    """
+    head = _Head(model)
+    shapes = {name: parameter.shape for name, parameter in head.named_parameters()}
+
+    def one(vector: Tensor) -> Tensor:
+        pieces = vector.split([shape.numel() for shape in shapes.values()])
+        named = {name: piece.view(shape) for (name, shape), piece in zip(shapes.items(), pieces, strict=True)}
+        output: Tensor = functional_call(head, named, (features,))
+        return output
+
+    with torch.no_grad():
+        return vmap(one, chunk_size=max(VALUES_AT_ONCE // max(features.numel(), 1), 1))(weights)
