@@ -73,6 +73,15 @@ def test_lines_are_counted_as_an_editor_counts_them(tmp_path: Path) -> None:
     assert "row 8, column rate_dph: 'x'" in complaint(bad_csv(tmp_path / "a.csv", "\r\n".join(text)))
 
 
+def test_a_stray_quote_is_named_where_it_opens(tmp_path: Path) -> None:
+    text = lines()
+    text[7] = '6.5,"20,1.0'
+    assert "row 8: has 2 cells, the header 3" in complaint(bad_csv(tmp_path / "a.csv", "\n".join(text)))
+    text[9] = '8.5,20",1.0'
+    message = complaint(bad_csv(tmp_path / "a.csv", "\n".join(text)))
+    assert r"row 8, column temperature_c: '20,1.0\n7.5," in message
+
+
 def test_a_bad_cell_in_a_column_that_is_not_used_does_no_harm(tmp_path: Path) -> None:
     text = [f"{line},{'operator' if place == 0 else 'Müller'}" for place, line in enumerate(lines())]
     assert read_runs(bad_csv(tmp_path / "a.csv", "\n".join(text).encode("latin-1")), average_s=None)[0].rows == 20

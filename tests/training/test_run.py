@@ -14,9 +14,9 @@ from zoo.models.bp import BP
 from zoo.models.polynomial import Polynomial
 from zoo.models.prediction import block_features
 from zoo.swarm import pso
+from zoo.training.gradient import CHECKPOINT
 from zoo.training.least_squares import LeastSquares
 from zoo.training.module import Training
-from zoo.training.gradient import CHECKPOINT
 from zoo.training.run import train
 from zoo.training.swarm_init import SwarmInit
 from zoo.training.weights import RandomInit, population_outputs, reset, set_weights, weight_vector

@@ -21,7 +21,6 @@ from zoo.scoring.comparison import UNCOMPENSATED, WHOLE, residuals, rms_by_kind,
 from zoo.scoring.stages import Stage, bias_stability, label_stages, rms
 from zoo.units import symbol
 
-
 Scored = tuple[Run, dict[str, Tensor]]
 UNLIMITED = 10_000
 WHAT_IT_WAS = ("init", "optimizer", "seed")

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from typing import Any
 
 from zoo.diagnosis.alike import indistinguishable
@@ -11,7 +11,7 @@ from zoo.diagnosis.cross_validation import rms_by_run
 from zoo.diagnosis.parameters import fitted_parameters
 from zoo.diagnosis.preparation import check_swing, noise_of, without_spikes
 from zoo.diagnosis.regions import regions, runs_rms
-from zoo.diagnosis.search import Search, Trial, posterior, search
+from zoo.diagnosis.search import Search, Trial, posterior, settle
 from zoo.diagnosis.structure import Structure, dependences, examine
 from zoo.diagnosis.workbench import Solved, Workbench
 from zoo.effects.base import Effect
@@ -64,7 +64,8 @@ def open_bench(runs: list[Run], effects: list[str], catalogue: dict[str, Effect]
             raise InputError(f"effect '{name}' needs the column {', '.join(lacking)}; {runs[0].name} has {', '.join(runs[0].columns)}")
     check_swing(runs, {name: catalogue[name] for name in effects})
     clean = without_spikes(runs)
-    return Workbench(clean, catalogue, noise_of(clean))
+    noise = noise_of(clean)
+    return Workbench(clean, catalogue, noise, noise.white)
 
 
 def diagnose(runs: list[Run], effects: list[str], catalogue: dict[str, Effect], progress: Callable[[str], None] = lambda _: None) -> Diagnosis:
@@ -81,12 +82,13 @@ def diagnose(runs: list[Run], effects: list[str], catalogue: dict[str, Effect], 
     """
     bench = open_bench(runs, effects, catalogue)
     progress("fitting the model as it stands")
-    base = bench.solve(tuple(effects))
     candidates = [name for name in bench.available() if name not in effects]
-    found = search(bench, base, candidates, progress)
+    bench, found = settle(bench, tuple(effects), candidates, progress)
+    base = found.base
     progress("testing what is left")
     structure = examine(bench, found.final, base)
     verdict = "unknown" if not structure.is_noise else "missing" if found.missing else "complete"
+    floor = bench.noise_floor(found.final) if structure.is_noise else bench.noise.white
     record = {
         "schema_version": SCHEMA_VERSION,
         "effects": list(effects),
@@ -94,15 +96,16 @@ def diagnose(runs: list[Run], effects: list[str], catalogue: dict[str, Effect], 
         "average_s": runs[0].average_s,
         "runs": [run.name for run in runs],
         "samples": bench.blocks,
-        "noise_floor": bench.noise.white,
+        "noise_floor": floor,
+        "noise": asdict(found.final.likely.noise),
         "rms": base.rms,
         "rms_by_run": runs_rms(bench.runs, base.residual),
         "rms_uncompensated": float(base.design.error.square().mean().sqrt()),
         "rms_final": found.final.rms,
         "verdict": verdict,
         "missing": found.missing,
-        "candidates": _candidates(bench, base, found, candidates),
-        "where": regions(bench.runs, base.residual, bench.noise.white),
+        "candidates": _candidates(bench, base, found, candidates, _trust(found, structure, floor)),
+        "where": regions(bench.runs, base.residual, floor),
         "next_experiment": None,
         "unexplained": [_dependence(item) for item in (dependences(bench, base) if verdict == "unknown" else [])],
         "parameters": fitted_parameters(found.final, runs[0].unit),
@@ -112,8 +115,8 @@ def diagnose(runs: list[Run], effects: list[str], catalogue: dict[str, Effect], 
     return Diagnosis(record, bench, found, structure)
 
 
-def _candidates(bench: Workbench, base: Solved, found: Search, names: list[str]) -> list[dict[str, Any]]:
-    chances = _probabilities(bench, found)
+def _candidates(bench: Workbench, base: Solved, found: Search, names: list[str], trust: float) -> list[dict[str, Any]]:
+    chances = _probabilities(found, trust)
     first = found.steps[0].trials if found.steps else []
     compared = {trial.screened.name for trial in first[:COMPARED] if trial.solved is not None and trial.evidence > 0} | set(found.missing)
     entries = [_candidate(bench, base, trial, names if trial.screened.name in compared else [], chances) for trial in first]
@@ -140,14 +143,21 @@ def _candidate(bench: Workbench, base: Solved, trial: Trial, compare_with: list[
     }
 
 
-def _probabilities(bench: Workbench, found: Search) -> dict[str, float]:
-    """Highest posterior of each candidate over the rounds; a free smooth function of one quantity competes in each of them as 'none of the known'."""
+def _probabilities(found: Search, trust: float) -> dict[str, float]:
+    """Highest posterior of each candidate over the rounds, times the share of the excess variance that the catalogue explains."""
     best: dict[str, float] = {}
     for step in found.steps:
-        rivals = [item.evidence for item in dependences(bench, step.before)]
-        for name, chance in posterior(step.trials, rivals).items():
+        for name, chance in posterior(step.trials).items():
             best[name] = max(chance, best.get(name, 0.0))
-    return best
+    return {name: chance * trust for name, chance in best.items()}
+
+
+def _trust(found: Search, structure: Structure, floor: float) -> float:
+    """1 where what is left is noise; else how much of the variance above the floor was explained, at most one half."""
+    if structure.is_noise:
+        return 1.0
+    before, after = found.base.rms**2 - floor**2, found.final.rms**2 - floor**2
+    return min(0.5, max(0.0, 1.0 - after / max(before, 1e-300)))
 
 
 def _dependence(item: Any) -> dict[str, Any]:

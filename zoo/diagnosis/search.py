@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import dataclass, field
 
 import torch
@@ -18,6 +18,8 @@ HOPELESS = -8.0
 """A candidate whose projected evidence is below this is not refitted."""
 REFITS = 3
 MOST_ADDED = 3
+RECONSIDER = 2.0
+"""Ratio of flicker found to flicker assumed above which the search is repeated."""
 
 
 @dataclass(eq=False)
@@ -90,6 +92,23 @@ def search(bench: Workbench, base: Solved, candidates: list[str], progress: Call
         found.final = _prune(bench, best.solved, base)
 
 
+def settle(bench: Workbench, names: tuple[str, ...], candidates: list[str], progress: Callable[[str], None] = lambda _: None) -> tuple[Workbench, Search]:
+    """Search, and once more with fits weighted by the noise that the first search left, where that is another noise than was assumed.
+
+    Args:
+        bench: the runs under the noise assumed at first.
+        names: the model as it stands.
+        candidates: effects that may be added.
+        progress: told what is being tried.
+    """
+    found = search(bench, bench.solve(names), candidates, progress)
+    likely, assumed = found.final.likely.noise, bench.noise
+    if likely.walk <= 0 and likely.flicker < RECONSIDER * assumed.flicker:
+        return bench, found
+    bench = bench.with_noise(likely)
+    return bench, search(bench, bench.solve(names), candidates, progress)
+
+
 def _round(bench: Workbench, before: Solved, names: list[str], progress: Callable[[str], None]) -> Step:
     screened = screen(bench, before, names)
     size = math.log(bench.blocks)
@@ -124,13 +143,8 @@ def _prune(bench: Workbench, full: Solved, base: Solved) -> Solved:
     return full
 
 
-def posterior(trials: list[Trial], rivals: Sequence[float] = ()) -> dict[str, float]:
-    """Probability of each candidate of one round, against each other, none, and rivals outside the catalogue, all equally likely before.
-
-    Args:
-        trials: the round.
-        rivals: evidence of explanations that are in no catalogue.
-    """
-    logs = torch.tensor([0.0, *rivals, *(trial.evidence for trial in trials)], dtype=torch.float64)
-    weights = torch.softmax(logs, dim=0)[1 + len(rivals) :]
+def posterior(trials: list[Trial]) -> dict[str, float]:
+    """Probability of each candidate of one round, against each other and against none, all equally likely before (softmax of the evidence)."""
+    logs = torch.tensor([0.0, *(trial.evidence for trial in trials)], dtype=torch.float64)
+    weights = torch.softmax(logs, dim=0)[1:]
     return {trial.screened.name: float(weight) for trial, weight in zip(trials, weights, strict=True)}

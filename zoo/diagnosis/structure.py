@@ -9,7 +9,7 @@ import torch
 from torch import Tensor
 
 from zoo.diagnosis.workbench import Solved, Workbench
-from zoo.fitting.projection import complement, project
+from zoo.fitting.projection import project
 
 ORDER = 6
 LEVEL_ALLOWED = 0.15
@@ -55,11 +55,11 @@ class Structure:
 
 
 def examine(bench: Workbench, final: Solved, base: Solved) -> Structure:
-    """Test the residual of a model against the noise model.
+    """Test the residual of a model against noise, absolutely.
 
-    Noise means that χ²/dof is 1 within what the noise level is uncertain by, and that no smooth function of temperature, rate, time or a recorded
-    input explains a material share. Where effects were added to `base`, a small part of what they explained may remain: a catalogue's form is never
-    nature's.
+    Noise means that the likeliest mixture of white, flicker and random walk within what gyros have reaches χ²/dof = 1, within what the noise level is
+    uncertain by, that no single innovation sticks out, and that no smooth function of temperature, rate, time or a recorded input explains a material
+    share. Where effects were added to `base`, a small part of what they explained may remain: a catalogue's form is never nature's.
 
     Args:
         bench: the runs.
@@ -67,28 +67,27 @@ def examine(bench: Workbench, final: Solved, base: Solved) -> Structure:
         base: the model before anything was added.
     """
     dof = max(bench.blocks - final.freedom, 1)
-    excess = final.fit.cost / dof - 1.0
-    explained = max(base.fit.cost - final.fit.cost, 0.0) / dof
+    excess = final.likely.cost / dof - 1.0
+    explained = max(base.residual.square().mean() - final.residual.square().mean(), 0.0) / bench.noise_floor(final) ** 2
+    forgiven = min(SHARE_ALLOWED * float(explained), LEVEL_ALLOWED_AFTER)
     found = tuple(dependences(bench, final))
-    leftover = max([excess, *(item.explains * (1.0 + excess) for item in found)])
-    scatter = 3.0 * math.sqrt(2.0 / dof)
-    forgiven = min(SHARE_ALLOWED * explained, LEVEL_ALLOWED_AFTER)
-    level = excess <= LEVEL_ALLOWED + scatter + forgiven
+    leftover = max([0.0, *(item.explains * (1.0 + excess) for item in found)])
+    level = excess <= LEVEL_ALLOWED + 3.0 * math.sqrt(2.0 / dof) + forgiven
     shape = not found or leftover <= MATERIAL + forgiven
     return Structure(level and shape, excess, found)
 
 
 def dependences(bench: Workbench, final: Solved) -> list[Dependence]:
     """Free smooth functions of one quantity that explain a significant and material share of a model's residual, best first."""
-    residual = complement(final.fit.residual.unsqueeze(-1), final.basis).squeeze(-1)
-    total = float(final.fit.residual.square().sum())
+    total = float(final.residual.square().sum())
+    size = math.log(bench.blocks)
     found = []
     for words, values in _quantities(bench, final).items():
-        columns = complement(bench.whitener(_chebyshev(values)), final.basis)
-        gain = float(residual.square().sum() - project(columns, residual).cost)
-        evidence = 0.5 * gain - 0.5 * columns.shape[1] * math.log(bench.blocks)
-        if evidence > SIGNIFICANT and gain / total > MATERIAL:
-            found.append(Dependence(words, gain / total, evidence))
+        columns = torch.cat([final.plain, _chebyshev(values)], dim=1)
+        evidence = bench.mixtures.most_likely(columns, final.design.error).logarithm - final.likely.logarithm - 0.5 * ORDER * size
+        share = 1.0 - float(project(columns, final.design.error).cost) / total
+        if evidence > SIGNIFICANT and share > MATERIAL:
+            found.append(Dependence(words, share, evidence))
     return sorted(found, key=lambda item: -item.evidence)
 
 

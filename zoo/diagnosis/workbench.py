@@ -10,10 +10,11 @@ from functools import cached_property
 import torch
 from torch import Tensor
 
+from zoo.diagnosis.noise_likelihood import Likely, NoiseMixtures
 from zoo.effects.base import Effect
 from zoo.effects.bounds import to_unit
 from zoo.fitting.projection import orthonormal, project
-from zoo.fitting.variable_projection import Fit, fit
+from zoo.fitting.variable_projection import Fit, fit, tangents
 from zoo.measurements.run import Run
 from zoo.models.design import Design
 from zoo.models.graybox import GrayBox
@@ -31,17 +32,31 @@ class Solved:
         model: holds the fitted values.
         design: its columns on the fitted runs.
         fit: the solution, in whitened block means.
+        mixtures: the noise that the gyro may have.
     """
 
     names: tuple[str, ...]
     model: GrayBox
     design: Design
     fit: Fit
+    mixtures: NoiseMixtures
 
     @cached_property
     def basis(self) -> Tensor:
         """(N, R) orthonormal basis of everything the model can still absorb to first order: its columns and the tangents of θ."""
         return orthonormal(torch.cat([self.fit.columns, self.fit.tangent], dim=1))
+
+    @cached_property
+    def plain(self) -> Tensor:
+        """(N, K+P) block means of its columns and tangents, not whitened."""
+        design, fit = self.design, self.fit
+        linear = tangents(design.plain_columns, fit.theta, fit.amplitudes)
+        return torch.cat(linear, dim=1)
+
+    @cached_property
+    def likely(self) -> Likely:
+        """The noise mixture under which the residual is most likely."""
+        return self.mixtures.most_likely(self.plain, self.design.error)
 
     @cached_property
     def residual(self) -> Tensor:
@@ -63,15 +78,17 @@ class Solved:
 class Workbench:
     """The runs, their noise, and the effects that may be combined."""
 
-    def __init__(self, runs: list[Run], effects: dict[str, Effect], noise: NoiseModel) -> None:
+    def __init__(self, runs: list[Run], effects: dict[str, Effect], noise: NoiseModel, white: float) -> None:
         """Keep what all fits share.
 
         Args:
             runs: R runs with the same columns.
             effects: every effect that may be named, freshly built.
-            noise: of the block means.
+            noise: of the block means, what fits are weighted with.
+            white: RMS of its white part as known from differences [unit].
         """
         self.runs, self.effects, self.noise = runs, effects, noise
+        self.mixtures = NoiseMixtures(runs, white)
         self.inputs = list(runs[0].columns)
         self.whitener = Whitener(noise, [run.block_mean(run.time) for run in runs], [run.block_share() for run in runs])
         self.span_s = max(float(run.time[-1] - run.time[0]) for run in runs)
@@ -109,7 +126,7 @@ class Workbench:
         known = [self._solved[key].fit] if key in self._solved and self._solved[key].names == names else []
         best = min([*fits, *known], key=lambda found: found.cost)
         design.model.assign(best.theta, best.amplitudes)
-        self._solved[key] = Solved(names, design.model, design, best)
+        self._solved[key] = Solved(names, design.model, design, best, self.mixtures)
         return self._solved[key]
 
     def extend(self, base: Solved, name: str, shape: Tensor) -> Solved:
@@ -140,7 +157,7 @@ class Workbench:
         theta = torch.cat([base.fit.theta, to_unit(shape, self.effects[name].shape)])
         found = fit(design.columns, design.target, theta, iterations=0)
         design.model.assign(found.theta, found.amplitudes)
-        return Solved((*base.names, name), design.model, design, found)
+        return Solved((*base.names, name), design.model, design, found, self.mixtures)
 
     def without(self, full: Solved, name: str) -> Solved:
         """Refit with one effect less, started from the full model's parameters."""
@@ -161,9 +178,25 @@ class Workbench:
         return trials
 
     def evidence(self, less: Solved, more: Solved) -> float:
-        """Half the drop of the penalised deviance when effects are added: ½Δχ²/s − ½·Δp·ln N, a log Bayes factor (Schwarz 1978).
+        """Log Bayes factor of the larger model (Schwarz 1978), each model under the noise that suits it best.
 
-        s ≥ 1 is the larger model's χ² per degree of freedom, so that a model which still misfits cannot boast of its gains.
+        A slow residual may be an effect or flicker: the noise mixture is part of either hypothesis, so that an effect must beat the noise that would do
+        without it.
         """
-        scale = max(1.0, more.fit.cost / max(self.blocks - more.freedom, 1))
-        return 0.5 * (less.fit.cost - more.fit.cost) / scale - 0.5 * (more.freedom - less.freedom) * math.log(self.blocks)
+        gain = more.likely.logarithm - less.likely.logarithm
+        return gain - 0.5 * (more.freedom - less.freedom) * math.log(self.blocks)
+
+    def noise_floor(self, solved: Solved) -> float:
+        """RMS that the residual would have if it were the likeliest noise mixture: its variance less what the model's freedom absorbs [unit]."""
+        noise = solved.likely.noise
+        basis = orthonormal(solved.plain)
+        kept, at = 0.0, 0
+        for time, share in zip(self.mixtures.times, self.mixtures.shares, strict=True):
+            covariance, part = noise.covariance(time, share), basis[at : at + len(time)]
+            kept += float(covariance.trace()) - float(((covariance @ part) * part).sum())
+            at += len(time)
+        return math.sqrt(max(kept, 0.0) / self.blocks)
+
+    def with_noise(self, noise: NoiseModel) -> Workbench:
+        """The same runs, fits weighted with another noise model."""
+        return Workbench(self.runs, self.effects, noise, self.mixtures.white)

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import torch
 from torch import Tensor
 
-from zoo.fitting.projection import project
+from zoo.fitting.projection import Projection, project
 
 STEP = 1e-4
 DAMPINGS = (1e-4, 1e-2, 1.0, 100.0)
@@ -84,16 +84,28 @@ def fit(columns: Callable[[Tensor], Tensor], target: Tensor, start: Tensor, iter
     return Fit(theta, solution.amplitudes, solution.residual, basis, tangent, float(solution.cost), taken)
 
 
-def _linearise(columns: Callable[[Tensor], Tensor], target: Tensor, theta: Tensor):  # type: ignore[no-untyped-def]
-    size = theta.numel()
-    signs = torch.where(theta > 0.5, -1.0, 1.0).to(theta)  # step inwards, so that bounds hold
-    moved = torch.cat([theta.unsqueeze(0), theta + torch.diag(STEP * signs)]) if size else theta.unsqueeze(0)
-    batch = columns(moved)
-    basis = batch[0]
-    solution = project(basis, target)
-    change = (batch[1:] - basis) @ solution.amplitudes
-    tangent = (change / (STEP * signs).unsqueeze(1)).mT if size else basis.new_zeros((len(target), 0))
-    return basis, tangent, solution
+def tangents(columns: Callable[[Tensor], Tensor], theta: Tensor, amplitudes: Tensor) -> tuple[Tensor, Tensor]:
+    """Columns Φ(θ) (N, K) and the derivatives of Φ(θ)·a with respect to θ (N, P), by steps of 1e-4 away from the nearer bound."""
+    batch, steps = _moved(columns, theta)
+    return batch[0], _differences(batch, steps, amplitudes)
+
+
+def _moved(columns: Callable[[Tensor], Tensor], theta: Tensor) -> tuple[Tensor, Tensor]:
+    steps = torch.where(theta > 0.5, -STEP, STEP).to(theta)
+    moved = torch.cat([theta.unsqueeze(0), theta + torch.diag(steps)]) if theta.numel() else theta.unsqueeze(0)
+    return columns(moved), steps
+
+
+def _differences(batch: Tensor, steps: Tensor, amplitudes: Tensor) -> Tensor:
+    if not steps.numel():
+        return batch.new_zeros((batch.shape[1], 0))
+    return (((batch[1:] - batch[0]) @ amplitudes) / steps.unsqueeze(1)).mT
+
+
+def _linearise(columns: Callable[[Tensor], Tensor], target: Tensor, theta: Tensor) -> tuple[Tensor, Tensor, Projection]:
+    batch, steps = _moved(columns, theta)
+    solution = project(batch[0], target)
+    return batch[0], _differences(batch, steps, solution.amplitudes), solution
 
 
 def _steps(theta: Tensor, basis: Tensor, tangent: Tensor, residual: Tensor) -> Tensor:

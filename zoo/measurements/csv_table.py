@@ -17,7 +17,7 @@ import pyarrow.csv
 
 from zoo.errors import InputError
 
-_NUMBER = re.compile(r"\s*[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?\s*")
+_NUMBER = re.compile(r"[ \t]*[+-]?([0-9]+\.?[0-9]*|\.[0-9]+)([eE][+-]?[0-9]+)?[ \t]*")
 
 _BINARY = re.compile(r"[\0-\x08\x0e-\x1f]")
 
@@ -113,10 +113,11 @@ def _find_fault(path: Path, columns: Sequence[str], otherwise: str) -> NoReturn:
             reader = csv.reader(file)
             names = [name.strip() for name in next(reader)]
             places = [(column, names.index(column)) for column in columns]
-            last = -math.inf
+            last, row = -math.inf, 2
             for cells in reader:
                 if cells:
-                    last = _check_line(f"{path}, row {reader.line_num}", cells, len(names), places, last)
+                    last = _check_line(f"{path}, row {row}", cells, len(names), places, last)
+                row = reader.line_num + 1
     except (OSError, EOFError, zlib.error, csv.Error) as error:
         raise InputError(f"{path}: cannot be read to its end ({error})") from error
     raise InputError(f"{path}: {otherwise.splitlines()[0]}")
@@ -135,7 +136,7 @@ def _check_line(where: str, cells: list[str], width: int, places: list[tuple[str
         if not cell.strip():
             raise InputError(f"{where}, column {column}: the cell is empty; every row needs a number here")
         if not _NUMBER.fullmatch(cell):
-            raise InputError(f"{where}, column {column}: '{cell.strip()[:40]}' is not a finite number")
+            raise InputError(f"{where}, column {column}: {cell.strip()[:40]!r} is not a finite number")
         if math.isinf(float(cell)):
             raise InputError(f"{where}, column {column}: {cell.strip()[:40]} is too large a number")
     time = float(cells[places[0][1]])

@@ -97,7 +97,9 @@ class Run:
         keep = torch.nonzero(self.block >= 0).squeeze(-1)
         index, weight = self.block[keep], self.count[keep].to(self.table.dtype)
         total = torch.zeros(self.blocks, dtype=weight.dtype, device=weight.device).index_add(0, index, weight)
-        return torch.sparse_coo_tensor(torch.stack([index, keep]), weight / total[index], (self.blocks, self.block.numel())).coalesce()
+        return torch.sparse_coo_tensor(
+            torch.stack([index, keep]), weight / total[index], (self.blocks, self.block.numel()), check_invariants=True
+        ).coalesce()
 
     def block_share(self) -> Tensor:
         """(N,) recorded rows behind each block mean over those of the fullest block."""

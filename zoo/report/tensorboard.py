@@ -26,8 +26,8 @@ RUNS_DRAWN = 2
 def write_events(folder: str | Path, diagnosis: Record, traces: list[Trace], refinement: Record | None = None) -> None:
     """Write an event file.
 
-    Scalars: ``rms/fit``, ``rms/check`` and ``rms/noise_floor`` in the output's unit, with the rung of the ladder as the step; ``probability/<effect>``.
-    Images: the ladder, and the worst runs against time.
+    Scalars: ``rms/fit``, ``rms/check`` and ``rms/noise_floor`` in the output's unit, the rung of the ladder as the step;
+    ``probability/<effect>``. Images: the ladder, and the worst runs against time.
 
     Args:
         folder: where the event file goes.

@@ -20,9 +20,11 @@ from zoo.report.wording import Scale, finite, joined
 COLORS = {"complete": "green", "missing": "yellow", "unknown": "red", "none": "red"}
 CANDIDATES, REGIONS = 5, 3
 BAR = 10
-WIDE = 72
+WIDE = 80
 """Narrower terminals get fewer columns."""
-_ASCII = str.maketrans({"°": "deg", "−": "-", "–": "-", "…": "..", "×": "x", "±": "+-", "·": "*", "Δ": "d", "█": "#", "░": ".", "²": "2", "µ": "u", "\u00a0": " "})
+_ASCII = str.maketrans(
+    {"°": "deg", "−": "-", "–": "-", "…": "..", "×": "x", "±": "+-", "·": "*", "Δ": "d", "█": "#", "░": ".", "²": "2", "µ": "u", "\u00a0": " "}
+)
 
 
 def print_diagnosis(diagnosis: Record, commands: Sequence[str] = (), console: Console | None = None) -> None:

@@ -105,7 +105,7 @@ class Scale:
             floor: noise floor [unit].
             rms: RMS of the residual [unit].
         """
-        resolution = max(finite(floor) or 0.0, 1e-2 * (finite(rms) or 0.0)) or 1.0
+        resolution = max(finite(floor) or 0.0, 0.03 * (finite(rms) or 0.0)) or 1.0
         digits = math.floor(math.log10(resolution / 2))
         exponent = 0 if -5 < digits < 6 else 3 * (digits // 3)
         return cls(unit_symbol(unit), exponent, max(0, 1 - digits + exponent))

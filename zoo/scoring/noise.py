@@ -19,10 +19,12 @@ class NoiseModel:
     Attributes:
         white: RMS of the white part of a full block's mean [output's unit].
         flicker: bias instability B [output's unit], one-sided spectrum B²/(2πf).
+        walk: rate random walk K [output's unit per √h], variance K²·t since the run's start.
     """
 
     white: float
     flicker: float
+    walk: float = 0.0
 
     def covariance(self, time: Tensor, share: Tensor) -> Tensor:
         """Covariance of the block means of one run.
@@ -38,6 +40,9 @@ class NoiseModel:
             (N, N) [unit²].
         """
         matrix = torch.diag(self.white**2 / share.clamp_min(1e-3))
+        if self.walk > 0:
+            hours = (time - time[0]) / 3600.0
+            matrix = matrix + self.walk**2 * torch.minimum(hours.unsqueeze(0), hours.unsqueeze(1))
         if self.flicker == 0 or time.numel() < 2:
             return matrix
         delay = (time.unsqueeze(0) - time.unsqueeze(1)).abs()
@@ -53,7 +58,7 @@ class NoiseModel:
 class Whitener:
     """Multiplies the block means of several runs, one after the other, by the inverse root of their noise covariance.
 
-    Long runs are cut into pieces of at most 1000 blocks whose flicker is taken as independent.
+    `log_determinant` is that of the covariance. Long runs are cut into pieces of at most 1000 blocks whose flicker is taken as independent.
     """
 
     def __init__(self, noise: NoiseModel, times: list[Tensor], shares: list[Tensor]) -> None:
@@ -65,9 +70,11 @@ class Whitener:
             shares: (N_r,) rows of each block over those of a full one.
         """
         self.factors: list[Tensor] = []
+        self.log_determinant = 0.0
         for time, share in zip(times, shares, strict=True):
             for piece, weight in zip(time.split(WHITENED_AT_ONCE), share.split(WHITENED_AT_ONCE), strict=True):
                 factor = torch.linalg.cholesky(noise.covariance(piece, weight))
+                self.log_determinant += 2.0 * float(factor.diagonal().log().sum())
                 self.factors.append(torch.linalg.solve_triangular(factor, torch.eye(len(piece), dtype=factor.dtype, device=factor.device), upper=False))
         self.sizes = [factor.shape[0] for factor in self.factors]
 

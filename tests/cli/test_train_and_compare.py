@@ -1,0 +1,133 @@
+"""`train` and `compare` as a user types them: files, exit codes, messages."""
+
+import csv
+import json
+import os
+import sys
+from pathlib import Path
+from unittest import mock
+
+import pytest
+import torch
+
+from zoo.catalog import load_model
+from zoo.cli import application
+
+STEP_S = 20
+
+
+def run(verb: str, arguments: list[str]) -> int:
+    """The application in this process, which it leaves as it was: it sets both for its own process's life."""
+    with mock.patch.object(sys, "argv", []), mock.patch.dict(os.environ, {"HYDRA_FULL_ERROR": "0"}):
+        return application.run(verb, arguments)
+
+
+@pytest.fixture(scope="module")
+def recordings(tmp_path_factory) -> Path:
+    """a.csv and b.csv to fit, check.csv on another program, other.csv in another unit."""
+    folder = tmp_path_factory.mktemp("recordings")
+    chance = torch.Generator().manual_seed(1)
+    for name, high, unit in (("a", 60.0, "dph"), ("b", 50.0, "dph"), ("check", 40.0, "dph"), ("other", 40.0, "rad_per_s")):
+        time = torch.arange(STEP_S / 2, 4 * 3600, STEP_S, dtype=torch.float64)
+        temperature = 20 + (high - 20) * ((time / 3600 - 1).clamp(0, 1) - (time / 3600 - 3).clamp(0, 1))
+        rate = torch.gradient(temperature, spacing=(time / 60,))[0]
+        error = 0.2 * torch.tanh((temperature - 35) / 8) - 0.1 * rate + 0.01 * torch.randn(len(time), generator=chance, dtype=torch.float64)
+        rows = [f"{t:.1f},{u:.4f},{e:.6f}" for t, u, e in zip(time.tolist(), temperature.tolist(), error.tolist(), strict=True)]
+        (folder / f"{name}.csv").write_text("\n".join([f"time_s,temperature_c,rate_{unit}", *rows]) + "\n")
+    return folder
+
+
+def train(recordings: Path, out: Path, *more: str) -> int:
+    files = [f"data.files=[{recordings / 'a.csv'},{recordings / 'b.csv'}]", f"data.check_files=[{recordings / 'check.csv'}]", "data.average_s=100"]
+    return run("train", [*more, *files, f"hydra.run.dir={out}"])
+
+
+def test_a_polynomial_is_solved_without_being_told_how(recordings, tmp_path, capsys) -> None:
+    assert train(recordings, tmp_path, "model=polynomial") == 0
+    assert capsys.readouterr().out.splitlines()[-1] == str(tmp_path / "metrics.json")
+    metrics = json.loads((tmp_path / "metrics.json").read_text())
+    assert (metrics["model"], metrics["init"], metrics["optimizer"], metrics["seed"]) == ("polynomial", None, "least_squares", 1)
+    assert 0 < metrics["rms"] < metrics["rms_uncompensated"]
+    assert [one["run"] for one in metrics["check_runs"]] == ["check"]
+    assert {"hold", "heating", "cooling", "edge"} == set(metrics["runs"][0]["stages"])
+    assert {"torch", "python", "fogzoo"} <= set(metrics["versions"])
+    assert {"last.ckpt", "model.yaml", "weights.pt", "prediction.png", "tensorboard", ".hydra"} <= {path.name for path in tmp_path.iterdir()}
+
+
+def test_seeds_decide_and_a_network_beats_the_line(recordings, tmp_path) -> None:
+    results = {}
+    for name, seed in (("one", 1), ("again", 1), ("two", 2)):
+        assert train(recordings, tmp_path / name, "model=bp", "init=pso", "init.steps=20", "epochs=200", f"seed={seed}") == 0
+        results[name] = json.loads((tmp_path / name / "metrics.json").read_text())
+    assert results["one"]["rms"] == results["again"]["rms"] != results["two"]["rms"]
+    assert results["one"]["evaluations"] == 30 * 20 + 200
+    assert train(recordings, tmp_path / "line", "model=polynomial") == 0
+    assert results["one"]["rms"] < json.loads((tmp_path / "line" / "metrics.json").read_text())["rms"]
+
+
+def test_a_sweep_is_compared_by_run_and_stage(recordings, tmp_path, capsys) -> None:
+    sweep = ["-m", "model=polynomial,bp", "seed=1,2", "epochs=20", f"hydra.sweep.dir={tmp_path / 'sweep'}"]
+    assert train(recordings, tmp_path / "unused", *sweep) == 0
+    files = f"data.files=[{recordings / 'a.csv'},{recordings / 'check.csv'}]"
+    assert run("compare", [f"runs=[{tmp_path / 'sweep'}]", files, "data.average_s=100", f"hydra.run.dir={tmp_path / 'out'}"]) == 0
+    assert capsys.readouterr().out.splitlines()[-1] == str(tmp_path / "out" / "comparison.csv")
+    with (tmp_path / "out" / "comparison.csv").open() as file:
+        rows = list(csv.DictReader(file))
+    models = ["polynomial_seed1", "polynomial_seed2", "bp_seed1", "bp_seed2"]
+    assert list(rows[0]) == ["run", "stage", "blocks", "uncompensated", *models]
+    assert [(row["run"], row["stage"]) for row in rows] == [
+        (one, stage) for one in ("a", "check") for stage in ("hold", "heating", "cooling", "edge", "whole")
+    ]
+    metrics = json.loads((tmp_path / "sweep" / "0" / "metrics.json").read_text())
+    assert float(rows[4]["polynomial_seed1"]) == pytest.approx(metrics["runs"][0]["rms"], rel=1e-4)
+    document = json.loads((tmp_path / "out" / "comparison.json").read_text())
+    assert [model["name"] for model in document["models"]] == models
+    assert document["rms"]["polynomial_seed1"] == document["rms"]["polynomial_seed2"] < document["rms"]["uncompensated"]
+    assert document["runs"][0]["stages"][0]["stage"] == "hold"
+    assert {"comparison.png", "residual_a.png", "residual_check.png", "tensorboard"} <= {path.name for path in (tmp_path / "out").iterdir()}
+
+
+def test_training_goes_on_from_a_folder(recordings, tmp_path) -> None:
+    assert train(recordings, tmp_path / "first", "epochs=50") == 0
+    assert train(recordings, tmp_path / "second", "epochs=100", f"resume={tmp_path / 'first'}") == 0
+    assert train(recordings, tmp_path / "whole", "epochs=100") == 0
+    resumed, whole = (load_model(tmp_path / name).state_dict() for name in ("second", "whole"))
+    for key, value in whole.items():
+        torch.testing.assert_close(resumed[key], value, rtol=1e-9, atol=1e-12)
+
+
+@pytest.mark.parametrize(
+    ("more", "words"),
+    [
+        (["model=bpp"], ["unknown model 'bpp'", "bp"]),
+        (["model=bp", "optimizer=least_squares"], ["BP", "not linear"]),
+        (["model=polynomial", "optimizer.lr=0.1"], ["optimizer.lr", "least_squares"]),
+        (["model=bp", "epochs=many"], ["epochs=many"]),
+        (["model=bp", "model.features=[temperature_outer]"], ["a:", "temperature_outer_c"]),
+        (["model=bp", "resume=nowhere"], ["resume=nowhere"]),
+        (["model=bp", "torch_device=abacus"], ["torch_device=abacus", "cpu"]),
+    ],
+)
+def test_wrong_input_is_named_in_a_line(recordings, tmp_path, capsys, more, words) -> None:
+    assert train(recordings, tmp_path, *more) == 2
+    message = capsys.readouterr().err
+    assert "Traceback" not in message
+    for word in words:
+        assert word in message
+    assert not (tmp_path / "metrics.json").exists()
+
+
+def test_divergence_is_a_failure_and_no_input_error(recordings, tmp_path, capsys) -> None:
+    assert train(recordings, tmp_path, "optimizer=sgd", "optimizer.lr=1e200") == 1
+    assert "optimizer.lr" in capsys.readouterr().err
+
+
+def test_comparing_nothing_or_another_unit_is_an_input_error(recordings, tmp_path, capsys) -> None:
+    out = f"hydra.run.dir={tmp_path / 'out'}"
+    assert run("compare", ["runs=[nowhere]", f"data.files=[{recordings / 'a.csv'}]", out]) == 2
+    assert "nowhere" in capsys.readouterr().err
+    assert train(recordings, tmp_path / "model", "model=polynomial") == 0
+    assert run("compare", [f"runs={tmp_path / 'model'}", f"data.files={recordings / 'other.csv'}", out]) == 2
+    message = capsys.readouterr().err
+    assert "dph" in message
+    assert "rad_per_s" in message

@@ -1,0 +1,234 @@
+"""The page says everything, to everyone, without help from outside, and shows nothing that is no number."""
+
+from __future__ import annotations
+
+import re
+import time
+from dataclasses import replace
+from html.parser import HTMLParser
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from zoo.report.page import render, write_report
+from zoo.report.trace import Trace
+
+SECTIONS = ("verdict", "ladder", "runs", "where", "candidates", "experiment", "read", "effects")
+Record = dict[str, Any]
+
+
+class _Reader(HTMLParser):
+    """Collects the visible text, and checks that elements are closed in order."""
+
+    VOID = ("meta", "br", "link", "input")
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.open: list[str] = []
+        self.words: list[str] = []
+
+    def handle_starttag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
+        if tag not in self.VOID:
+            self.open.append(tag)
+
+    def handle_startendtag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
+        pass
+
+    def handle_endtag(self, tag: str) -> None:
+        assert self.open, f"</{tag}> closes nothing"
+        assert self.open.pop() == tag
+
+    def handle_data(self, data: str) -> None:
+        if not {"script", "style"} & set(self.open):
+            self.words.append(data)
+
+
+def visible(page: str) -> str:
+    reader = _Reader()
+    reader.feed(page)
+    assert reader.open == []
+    text = " ".join(" ".join(reader.words).split())
+    assert not re.search(r"\b(nan|NaN|None|inf|Infinity|null|Undefined)\b", text), text
+    return text
+
+
+@pytest.fixture(scope="module")
+def page(pristine: Record, traces: list[Trace]) -> str:
+    return render(pristine, traces, None, ["fogzoo refine add=hysteresis"])
+
+
+def test_every_section_is_there(page: str) -> None:
+    assert [section for section in re.findall(r'<section[^>]*id="(\w+)"', page) if section in SECTIONS] == list(SECTIONS)
+
+
+def test_the_banner_says_what_is_missing_and_how_sure_that_is(page: str) -> None:
+    text = visible(page)
+    assert "Missing: hysteresis (98 %)" in text
+    assert "now 0.0710 °/h 8.8× noise floor RMS with hysteresis 0.0083 °/h 1.0× noise floor Noise floor 0.0081 °/h" in text
+    assert "fogzoo refine add=hysteresis" in text
+
+
+def test_every_drawing_has_a_text_for_those_who_do_not_see_it(page: str) -> None:
+    drawings = re.findall(r"<svg[^>]*>", page)
+    assert len(drawings) == 1 + 3 * 4
+    assert all('role="img"' in drawing and re.search(r'aria-label="[^"]{10,}"', drawing) for drawing in drawings)
+
+
+def test_candidates_show_their_evidence(page: str) -> None:
+    text = visible(page)
+    for part in ("probability 98 % RMS with it 0.0083 cross-validated 0.0085 ΔBIC −412", "cannot be told from sensor_lag", "6.10 ± 0.40 K"):
+        assert part in text
+    for part in ("0.0497 °/h", "1 with a probability below 1 %", "°/h/K", "moisture (humidity_pct)"):
+        assert part in text
+
+
+def test_worst_regions_come_with_units(page: str) -> None:
+    assert "1 run_2 hold 0.00 1.00 20.0 0.0900 11.2× 2 run_1 heating 0.00 1.00 20.0 … 60.0 0.0300 4.0×" in visible(page)
+
+
+def test_nothing_is_fetched(page: str) -> None:
+    assert "http://" not in page
+    assert "https://" not in page
+    assert not re.search(r"(?:src|href)=\"(?!data:image/png;base64,|#)", page)
+    assert "@import" not in page
+    assert not re.search(r"url\((?!#)", page)
+
+
+def test_identifiers_are_unique(page: str) -> None:
+    names = re.findall(r'\sid="([^"]+)"', page)
+    assert len(names) == len(set(names))
+
+
+def test_references_between_elements_hold(page: str) -> None:
+    names = set(re.findall(r'\sid="([^"]+)"', page))
+    assert set(re.findall(r'(?:href="#|url\(#)([^")]+)', page)) <= names
+
+
+def test_hostile_names_are_only_text(diagnosis: Record, traces: list[Trace]) -> None:
+    evil = '<script>alert("1")</script> & $x^2$ {{ 7 * 7 }}'
+    diagnosis.update(runs=[evil], notes=[evil], effects=[evil], missing=[evil], not_tried={evil: [evil]}, undetermined=[evil])
+    diagnosis["candidates"][0].update(effect=evil, formula=evil, indistinguishable_from=[evil], parameters={evil: {"value": 1.0, "unit": evil}})
+    diagnosis["where"][0].update(run=evil)
+    page = render(diagnosis, [replace(traces[0], run=evil)], None, [evil])
+    assert page.count("<script>") == 1
+    assert evil in visible(page)
+
+
+def test_the_page_is_small_enough_for_four_long_runs(diagnosis: Record, traces: list[Trace]) -> None:
+    long = [_repeated(trace, 1300) for trace in traces]
+    assert len(render(diagnosis, long).encode()) < 1_500_000
+
+
+def test_very_long_and_very_many_runs_stay_readable(diagnosis: Record, traces: list[Trace]) -> None:
+    many = [replace(_repeated(traces[i % 4], 20_000), run=f"run_{i}") for i in range(12)]
+    page = render(diagnosis, many)
+    assert len(page.encode()) < 4_000_000
+    assert "Not drawn" in visible(page)
+
+
+def _repeated(trace: Trace, blocks: int) -> Trace:
+    again = {name: np.resize(getattr(trace, name), blocks) for name in ("temperature_c", "rate_k_per_min", "error", "model", "refined")}
+    return replace(trace, time_s=100.0 * np.arange(blocks), stage=[trace.stage[i % len(trace.stage)] for i in range(blocks)], **again)
+
+
+def test_drawing_is_quick(diagnosis: Record, traces: list[Trace]) -> None:
+    render(diagnosis, traces[:1])
+    start = time.process_time()
+    render(diagnosis, traces)
+    assert time.process_time() - start < 5.0  # 1 s on two free cores; twice the promise, for those that are not
+
+
+def test_a_complete_model(diagnosis: Record, bare_traces: list[Trace]) -> None:
+    diagnosis.update(verdict="complete", missing=[], rms=0.0082, where=[])
+    text = visible(render(diagnosis, bare_traces))
+    assert "The model is complete" in text
+    assert "RMS with" not in text.split("Candidates")[0]
+
+
+def test_an_unknown_cause(diagnosis: Record, bare_traces: list[Trace]) -> None:
+    diagnosis.update(verdict="unknown", rms_final=0.03, unexplained=[{"depends_on": "time since the start", "explains": 0.42}])
+    text = visible(render(diagnosis, bare_traces[:1]))
+    assert "Unknown: nothing in the catalogue explains this" in text
+    assert "Adding hysteresis (98 %) helps, but what is left is still 3.7× the noise floor." in text
+    assert "A free smooth function of time since the start would explain 42 % of it." in text
+
+
+def test_effects_that_cannot_be_told_apart(diagnosis: Record, traces: list[Trace]) -> None:
+    diagnosis["candidates"][0]["indistinguishable_from"] = ["polarization", "mine"]
+    text = visible(render(diagnosis, traces[:1]))
+    assert "Missing: hysteresis, polarization or mine (98 %)" in text
+    assert "These runs cannot tell hysteresis from polarization or mine" in text
+
+
+def test_a_refinement_shows_its_ladder_on_both_kinds_of_runs(diagnosis: Record, traces: list[Trace], refinement: Record) -> None:
+    text = visible(render(diagnosis, traces[:1], refinement))
+    assert "The model is complete with hysteresis added" in text
+    assert "as it stands 0.0710 8.8× 0.0740 8.8× + hysteresis 0.0083 1.0× 0.0088 1.0×" in text
+
+
+def test_a_refinement_without_a_diagnosis(traces: list[Trace], refinement: Record) -> None:
+    text = visible(render({}, traces[:1], refinement))
+    assert "The model is complete with hysteresis added" in text
+    assert "No candidate was tried." in text
+
+
+def test_the_next_experiment(diagnosis: Record, traces: list[Trace]) -> None:
+    profile = {"legs": [[20, 20, 3600], [20, 60, 1200]], "name": "legs"}
+    diagnosis["next_experiment"] = {"separates": ["mohr", "sensor_lag"], "why": "a fast ramp", "profile": profile}
+    page = render(diagnosis, traces[:1])
+    assert "Separates mohr and sensor_lag. a fast ramp" in visible(page)
+    assert "Chamber program of 2 legs" in page
+
+
+@pytest.mark.parametrize("keys", ["all", "some"])
+def test_any_field_may_be_null(diagnosis: Record, bare_traces: list[Trace], keys: str) -> None:
+    empty: Record = dict.fromkeys(diagnosis)
+    if keys == "some":
+        hollow = [dict.fromkeys(entry) for entry in diagnosis["candidates"]]
+        empty.update(candidates=hollow, where=[dict.fromkeys(diagnosis["where"][0])], verdict="missing", missing=["hysteresis"], effects=[])
+    visible(render(empty, bare_traces[:1]))
+    visible(render(empty, []))
+
+
+def test_numbers_that_are_none_are_dashes(diagnosis: Record, traces: list[Trace]) -> None:
+    diagnosis["candidates"][0].update(rms=float("nan"), delta_bic=float("inf"))
+    broken = replace(traces[0], error=np.full_like(traces[0].error, np.nan))
+    visible(render(diagnosis, [broken, traces[1]]))
+
+
+@pytest.mark.parametrize("blocks", [0, 1, 2])
+def test_hardly_any_blocks(diagnosis: Record, traces: list[Trace], blocks: int) -> None:
+    visible(render(diagnosis, [_repeated(traces[0], blocks)]))
+
+
+def test_very_long_names(diagnosis: Record, traces: list[Trace], refinement: Record) -> None:
+    name = "a_very_long_effect_name_" * 6
+    refinement["ladder"][1]["added"] = name
+    diagnosis["where"][0]["run"] = name
+    page = render(diagnosis, [replace(traces[0], run=name)], refinement)
+    assert name in visible(page)
+    assert "a_very_long_effect_name…" in visible(page)
+
+
+@pytest.mark.parametrize(("unit", "factor", "shown"), [("rad_per_s", 4.848e-6, "10⁻⁹ rad/s"), ("ug", 500.0, "µg"), ("furlongs", 1.0, "furlongs")])
+def test_other_units(diagnosis: Record, traces: list[Trace], unit: str, factor: float, shown: str) -> None:
+    diagnosis.update(unit=unit, rms=0.071 * factor, noise_floor=0.0081 * factor)
+    scaled = [replace(trace, error=trace.error * factor, model=trace.model * factor, refined=None) for trace in traces[:1]]
+    assert shown in visible(render(diagnosis, scaled))
+
+
+def test_the_file_is_written_whole(tmp_path: Path, diagnosis: Record, traces: list[Trace]) -> None:
+    target = tmp_path / "new" / "report.html"
+    write_report(target, diagnosis, traces[:1])
+    assert target.read_text(encoding="utf-8").rstrip().endswith("</html>")
+    assert [path.name for path in target.parent.iterdir()] == ["report.html"]
+
+
+def test_matplotlib_is_left_as_it_was(diagnosis: Record, traces: list[Trace]) -> None:
+    import matplotlib as mpl
+
+    before = dict(mpl.rcParams)
+    render(diagnosis, traces[:1])
+    assert dict(mpl.rcParams) == before

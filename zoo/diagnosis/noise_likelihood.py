@@ -1,0 +1,87 @@
+"""How likely a residual is under noise alone, whatever mixture of white, flicker and random walk it may be."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import torch
+from torch import Tensor
+
+from zoo.fitting.projection import project
+from zoo.measurements.run import Run
+from zoo.scoring.noise import NoiseModel, Whitener
+
+FLICKER_SHARES = (0.05, 0.25, 0.6, 1.2, 2.0)
+"""Bias instability over the white noise of a block: physics.md §10.5 gives 0.05 to 1.7 for both classes of gyro."""
+WALK_SHARES = (0.0, 0.1, 0.3, 0.8)
+"""Rate random walk per √h over the white noise of a block: §10.5 gives 0.02 to 0.8."""
+LEVEL_SPREAD = 0.05
+"""How well the white level is known, as a share."""
+LEVELS = tuple(1.0 + 0.02 * i for i in range(-8, 13))
+TYPICAL_FLICKER, FLICKER_FACTOR = 0.25, 2.5
+
+
+@dataclass(frozen=True, eq=False)
+class Likely:
+    """The most likely noise for one model.
+
+    Attributes:
+        logarithm: log likelihood, prior of the noise included.
+        noise: the mixture.
+        cost: χ² of the residual under it, the level's factor taken out.
+    """
+
+    logarithm: float
+    noise: NoiseModel
+    cost: float
+
+
+class NoiseMixtures:
+    """The mixtures that a gyro may have, each with its whitener; made once for a set of runs."""
+
+    def __init__(self, runs: list[Run], white: float) -> None:
+        """Keep the runs' blocks.
+
+        Args:
+            runs: the fitted runs.
+            white: RMS of the white noise of a block mean [unit].
+        """
+        self.times, self.shares = [run.block_mean(run.time) for run in runs], [run.block_share() for run in runs]
+        self.white = white
+
+    @cached_property
+    def mixtures(self) -> list[tuple[NoiseModel, Whitener, float]]:
+        """Each mixture with its whitener and the logarithm of its prior."""
+        found = []
+        for flicker in FLICKER_SHARES:
+            for walk in WALK_SHARES:
+                noise = NoiseModel(self.white, flicker * self.white, walk * self.white)
+                prior = -0.5 * (math.log(flicker / TYPICAL_FLICKER) / math.log(FLICKER_FACTOR)) ** 2
+                found.append((noise, Whitener(noise, self.times, self.shares), prior))
+        return found
+
+    def most_likely(self, columns: Tensor, target: Tensor) -> Likely:
+        """Fit the amplitudes under every mixture and keep the likeliest.
+
+        Args:
+            columns: (N, K) block means of a model's columns, its tangents included [unit].
+            target: (N,) block means of what they are fitted to [unit].
+        """
+        joined = torch.cat([columns, target.unsqueeze(1)], dim=1)
+        results = []
+        for noise, whitener, prior in self.mixtures:
+            white = whitener(joined)
+            cost = float(project(white[:, :-1], white[:, -1]).cost)
+            results.append(_with_level(cost, len(target), whitener.log_determinant, prior, noise))
+        return max(results, key=lambda likely: likely.logarithm)
+
+
+def _with_level(cost: float, size: int, log_determinant: float, prior: float, noise: NoiseModel) -> Likely:
+    levels = torch.tensor(LEVELS, dtype=torch.float64)
+    logs = -0.5 * cost / levels**2 - size * levels.log() - 0.5 * (levels.log() / LEVEL_SPREAD) ** 2
+    best = int(logs.argmax())
+    factor = float(levels[best])
+    scaled = replace(noise, white=noise.white * factor, flicker=noise.flicker * factor, walk=noise.walk * factor)
+    return Likely(float(logs[best]) - 0.5 * log_determinant + prior, scaled, cost / factor**2)
