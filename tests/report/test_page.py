@@ -47,7 +47,7 @@ class _Reader(HTMLParser):
 
 def visible(page: str) -> str:
     reader = _Reader()
-    reader.feed(page)
+    reader.feed(page.replace("<wbr>", ""))
     assert reader.open == []
     text = " ".join(" ".join(reader.words).split())
     assert not re.search(r"\b(nan|NaN|None|inf|Infinity|null|Undefined)\b", text), text
@@ -209,7 +209,7 @@ def test_very_long_names(diagnosis: Record, traces: list[Trace], refinement: Rec
     diagnosis["where"][0]["run"] = name
     page = render(diagnosis, [replace(traces[0], run=name)], refinement)
     assert name in visible(page)
-    assert "a_very_long_effect_name…" in visible(page)
+    assert "a_very_long_effect_name_a…" in visible(page)
 
 
 @pytest.mark.parametrize(("unit", "factor", "shown"), [("rad_per_s", 4.848e-6, "10⁻⁹ rad/s"), ("ug", 500.0, "µg"), ("furlongs", 1.0, "furlongs")])

@@ -6,7 +6,8 @@ import importlib
 import os
 import re
 import sys
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from pathlib import Path
 
 import hydra
@@ -40,26 +41,51 @@ def run(verb: str, arguments: list[str]) -> int:
     Returns:
         The exit code.
     """
-    full_error = os.environ.get("HYDRA_FULL_ERROR")
-    os.environ["HYDRA_FULL_ERROR"] = "1"  # else Hydra prints its own trace and hides the exception from us
+    traced = os.environ.get("HYDRA_FULL_ERROR") == "1"
     sys.argv = [f"fogzoo {verb}", *arguments]
+    codes: list[int] = []
+    with _unwrapped():
+        try:
+            hydra.main(version_base="1.3", config_path=str(config_folder()), config_name=verb)(_task(verb, codes, traced))()
+        except Exception as error:
+            if traced:
+                raise
+            codes.append(_tell(error))
+    return max(codes, default=0)
+
+
+@contextmanager
+def _unwrapped() -> Iterator[None]:
+    """Lets exceptions out of Hydra as they are, instead of its own trace and exit code."""
+    before = os.environ.get("HYDRA_FULL_ERROR")
+    os.environ["HYDRA_FULL_ERROR"] = "1"
     try:
-        hydra.main(version_base="1.3", config_path=str(config_folder()), config_name=verb)(_task(verb))()
-    except Exception as error:
-        if full_error == "1":
-            raise
-        code, message = explain(error)
-        print(message, file=sys.stderr)
-        return code
-    return 0
+        yield
+    finally:
+        if before is None:
+            del os.environ["HYDRA_FULL_ERROR"]
+        else:
+            os.environ["HYDRA_FULL_ERROR"] = before
 
 
-def _task(verb: str) -> Callable[[DictConfig], str]:
-    def task(config: DictConfig) -> str:
-        module = importlib.import_module(f"zoo.cli.{verb}")
-        out = Path(HydraConfig.get().runtime.output_dir)
-        writable_folder(out)
-        result = str(module.run(config, out))
+def _tell(error: BaseException) -> int:
+    code, message = explain(error)
+    print(message, file=sys.stderr)
+    return code
+
+
+def _task(verb: str, codes: list[int], traced: bool) -> Callable[[DictConfig], str | None]:
+    """The function that Hydra runs: one job. A failing job is told and remembered, so that the other jobs of a sweep still run."""
+
+    def task(config: DictConfig) -> str | None:
+        try:
+            module = importlib.import_module(f"zoo.cli.{verb}")
+            result = str(module.run(config, writable_folder(HydraConfig.get().runtime.output_dir)))
+        except Exception as error:
+            if traced:
+                raise
+            codes.append(_tell(error))
+            return None
         print(result)
         return result
 

@@ -8,24 +8,42 @@ from hydra.core.hydra_config import HydraConfig
 from omegaconf import DictConfig, OmegaConf, open_dict
 
 from zoo.catalog import create
+from zoo.errors import InputError
 from zoo.measurements.run import Run
 
 
 def read_data(config: DictConfig) -> tuple[list[Run], list[Run]]:
     """The runs to fit and the runs only to check on, from `config.data`.
 
-    The block length found for the fitted runs is used for the others as well.
+    The block length found for the fitted runs is used for the others as well. `data.holdout` keeps the end of every run for checking.
+
+    Raises:
+        InputError: the settings or files are wrong.
     """
     data = config.data.copy()
     with open_dict(data):
-        check_files = OmegaConf.to_container(data.pop("check_files", OmegaConf.create([])))
-    if isinstance(check_files, str):
-        check_files = [check_files]
+        check_files, holdout = OmegaConf.to_container(OmegaConf.create({"files": data.pop("check_files", [])}))["files"], data.pop("holdout", 0.0)
+    if not 0.0 <= holdout < 1.0:
+        raise InputError(f"data.holdout={holdout}: a share of each run from 0 to below 1 is needed")
     runs = create(data)
-    if not check_files:
-        return runs, []
-    average_s = data.average_s if data.average_s is None else runs[0].average_s
-    return runs, create(data, files=check_files, average_s=average_s)
+    checks: list[Run] = []
+    if holdout > 0:
+        pairs = [run.split(holdout) for run in runs]
+        runs, checks = [early for early, _ in pairs], [late for _, late in pairs]
+    if check_files:
+        average_s = data.average_s if data.average_s is None else runs[0].average_s
+        found = create(data, files=[check_files] if isinstance(check_files, str) else check_files, average_s=average_s)
+        checks += [_alike(run, runs[0]) for run in found]
+    return runs, checks
+
+
+def _alike(run: Run, fitted: Run) -> Run:
+    lacking = [name for name in fitted.columns if name not in run.columns]
+    if run.unit != fitted.unit:
+        raise InputError(f"data.check_files: {run.name} is in {run.unit}, the fitted runs are in {fitted.unit}; one unit is needed")
+    if lacking:
+        raise InputError(f"data.check_files: {run.name} lacks the column {', '.join(lacking)} that the fitted runs have")
+    return run
 
 
 def searchpath() -> list[Path]:

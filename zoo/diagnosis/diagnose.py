@@ -9,13 +9,14 @@ from typing import Any
 from zoo.diagnosis.alike import indistinguishable
 from zoo.diagnosis.cross_validation import rms_by_run
 from zoo.diagnosis.parameters import fitted_parameters
-from zoo.diagnosis.preparation import check_swing, noise_of, without_spikes
+from zoo.diagnosis.preparation import check_swing, without_spikes
 from zoo.diagnosis.regions import regions, runs_rms
 from zoo.diagnosis.search import Search, Trial, posterior, settle
 from zoo.diagnosis.structure import Structure, dependences, examine
 from zoo.diagnosis.workbench import Solved, Workbench
 from zoo.effects.base import Effect
 from zoo.errors import InputError, nearest
+from zoo.fitting.noise import noise_of
 from zoo.measurements.run import Run
 
 SCHEMA_VERSION = 1

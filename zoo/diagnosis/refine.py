@@ -10,13 +10,14 @@ import torch
 
 from zoo.diagnosis.diagnose import Diagnosis, diagnose, open_bench
 from zoo.diagnosis.parameters import fitted_parameters
-from zoo.diagnosis.preparation import noise_of
 from zoo.diagnosis.structure import examine
 from zoo.diagnosis.workbench import Solved, Workbench
 from zoo.effects.base import Effect
 from zoo.errors import InputError
+from zoo.fitting.noise import noise_of
 from zoo.measurements.run import Run
 from zoo.models.graybox import GrayBox
+from zoo.models.prediction import predict_blocks
 
 
 @dataclass(frozen=True, eq=False)
@@ -108,6 +109,5 @@ def check_rms(model: GrayBox, runs: list[Run]) -> float | None:
     """RMS over the block means of runs that were not fitted [unit]; None where there are none."""
     if not runs:
         return None
-    with torch.no_grad():
-        errors = [run.block_mean(run.error - model(run.select(model.inputs))) for run in runs]
+    errors = [run.block_mean(run.error) - predict_blocks(model, run) for run in runs]
     return float(torch.cat(errors).square().mean().sqrt())

@@ -16,11 +16,9 @@ from zoo.effects.bounds import to_unit
 from zoo.fitting.projection import orthonormal, project
 from zoo.fitting.variable_projection import Fit, fit, tangents
 from zoo.measurements.run import Run
-from zoo.models.design import Design
+from zoo.fitting.design import Design, coarse_starts
 from zoo.models.graybox import GrayBox
 from zoo.scoring.noise import NoiseModel, Whitener
-
-COIL_TRIALS = 4
 
 
 @dataclass(frozen=True, eq=False)
@@ -119,7 +117,7 @@ class Workbench:
         if key in self._solved and starts is None:
             return self._solved[key]
         design = self.design(names)
-        trials = torch.stack(starts) if starts else self._coarse(design)
+        trials = torch.stack(starts) if starts else coarse_starts(design)
         costs = project(design.columns(trials), design.target).cost
         order = costs.argsort()[:1]
         fits = [fit(design.columns, design.target, trials[i]) for i in order]
@@ -137,7 +135,7 @@ class Workbench:
         effect = self.effects[name]
         own = to_unit(shape, effect.shape)
         near = torch.cat([base.fit.theta, own])
-        coarse = self._coarse(base.design, base.fit.theta)
+        coarse = coarse_starts(base.design, base.fit.theta)
         starts = [near, *torch.cat([coarse, own.expand(len(coarse), -1)], dim=1)]
         return self.solve((*base.names, name), starts)
 
@@ -164,18 +162,6 @@ class Workbench:
         owners = [owner for owner, _ in full.model.parameters_of_theta()]
         keep = torch.tensor([owner != name for owner in owners], dtype=torch.bool)
         return self.solve(tuple(other for other in full.names if other != name), [full.fit.theta[keep]])
-
-    def _coarse(self, design: Design, around: Tensor | None = None) -> Tensor:
-        """(G, P) a grid over the coil's parameters, everything else where it is."""
-        theta = design.model.theta() if around is None else around
-        declared = design.model.parameters_of_theta()
-        size = len(design.model.coil_parameters)
-        axis = (torch.arange(COIL_TRIALS, dtype=torch.float64) + 1.0) / (COIL_TRIALS + 1)
-        axes = [0.35 + 0.6 * axis if declared[i][1].scale == "log" else axis for i in range(min(size, 3))]
-        grid = torch.cartesian_prod(*axes).reshape(-1, len(axes))
-        trials = theta.expand(len(grid), -1).clone()
-        trials[:, : len(axes)] = grid
-        return trials
 
     def evidence(self, less: Solved, more: Solved) -> float:
         """Log Bayes factor of the larger model (Schwarz 1978), each model under the noise that suits it best.

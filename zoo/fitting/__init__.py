@@ -1,4 +1,4 @@
-"""Fitting that knows no gyros: variable projection, bounds, standard errors.
+"""Fitting grey boxes to runs: variable projection, bounds, standard errors, the noise that residuals are weighed against.
 
-A room of its own below effects and models, since training and diagnosis both fit and siblings don't import each other.
+A room between models and training, for training and diagnosis both fit and siblings don't import each other.
 """

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 
 import torch
@@ -106,3 +106,14 @@ class Run:
         keep = self.block >= 0
         rows = torch.zeros(self.blocks, dtype=self.table.dtype, device=self.table.device).index_add(0, self.block[keep], self.count[keep].to(self.table.dtype))
         return rows / rows.max()
+
+    def split(self, share: float) -> tuple[Run, Run]:
+        """The run's first blocks, and its last ones with the whole past known to both.
+
+        Args:
+            share: of the blocks that go into the second part, above 0 and below 1.
+        """
+        first = self.blocks - round(share * self.blocks)
+        early = torch.where(self.block < first, self.block, -1)
+        late = torch.where(self.block >= first, self.block - first, -1)
+        return replace(self, block=early), replace(self, name=f"{self.name} (held out)", block=late)

@@ -24,6 +24,8 @@ class GrayBox(Model):
     Nonlinear parameters (the coil's lag and weights, the effects' shapes) lie in one vector θ with every bound at 0…1; amplitudes are linear.
     """
 
+    fitted_by = "variable_projection"
+
     def __init__(self, effects: dict[str, Effect], inputs: list[str]) -> None:
         """Assemble.
 

@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 WIDTH, ROW, LEFT = 740, 40, 190
-LONGEST_NAME = 24
+LONGEST_NAME = 26
 SPREAD = 6.0
 """A wider range of values is drawn on a logarithmic axis."""
 FITTED = (FIT, "o", "fitted runs")
@@ -33,8 +33,8 @@ def ladder_figure(rungs: list[Rung], scale: Scale, floor: float | None, floor_ch
         floor_check: that of the check runs.
     """
     figure = blank(WIDTH, 76 + ROW * len(rungs))
-    axes = panel(figure, (LEFT, 38, WIDTH - LEFT - 70, ROW * len(rungs)), f"RMS of the residual [{scale.label}]")
-    for noise, style, label in ((floor, "-", "noise floor"), (floor_check, ":", "noise floor of the check runs")):
+    axes = panel(figure, (LEFT, 38, WIDTH - LEFT - 70, ROW * len(rungs)), f"RMS [{scale.label}]")
+    for noise, style, label in ((floor, "-", "noise floor"), (floor_check, ":", "of the check runs")):
         if noise and not (style == ":" and floor and 0.9 < noise / floor < 1.1):
             axes.axvline(noise * scale.factor, color=FLOOR, lw=1.6, ls=style, label=label, zorder=1)
     checked = any(rung.rms_check is not None for rung in rungs)

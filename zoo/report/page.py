@@ -8,6 +8,8 @@ from importlib.resources import files
 from pathlib import Path
 from typing import Any
 
+from markupsafe import Markup, escape
+
 from zoo import __version__
 from zoo.artifacts import write_text
 from zoo.report import tables
@@ -39,8 +41,14 @@ def render(diagnosis: Record, traces: list[Trace], refinement: Record | None = N
     folder = files("zoo.report")
     loader = FunctionLoader(lambda name: folder.joinpath(name).read_text(encoding="utf-8"))
     environment = Environment(loader=loader, autoescape=True, undefined=StrictUndefined, trim_blocks=True, lstrip_blocks=True)
+    environment.filters["breakable"] = _breakable
     page: str = environment.get_template("template.html.j2").render(_context(diagnosis, traces, refinement, list(commands)))
     return page
+
+
+def _breakable(name: str) -> Markup:
+    """A name that a narrow column breaks after an underscore rather than anywhere."""
+    return Markup(str(escape(name)).replace("_", "_<wbr>"))
 
 
 def scale_of(diagnosis: Record, refinement: Record | None = None) -> Scale:

@@ -12,6 +12,9 @@ from zoo.models.graybox import GrayBox
 from zoo.scoring.noise import Whitener
 
 CHUNK_ELEMENTS = 6_000_000
+COIL_TRIALS = 4
+LOW, HIGH = 0.35, 0.95
+"""Part of a logarithmic range in which lags are tried: half a minute to two hours."""
 
 
 class Design:
@@ -83,3 +86,15 @@ class Design:
                 blocks.append(run.block_mean_columns(spread(effect.columns(place[effect.place], part), part)))
             found.append(self.whitener(torch.cat(blocks, dim=-2)))
         return torch.cat(found)
+
+
+def coarse_starts(design: Design, around: Tensor | None = None) -> Tensor:
+    """(G, P) a grid over the coil's parameters, everything else as in `around` (P,), by default the model's present values; all in 0…1."""
+    theta = design.model.theta() if around is None else around
+    declared = design.model.parameters_of_theta()
+    axis = (torch.arange(COIL_TRIALS, dtype=torch.float64) + 1.0) / (COIL_TRIALS + 1)
+    axes = [LOW + (HIGH - LOW) * axis if declared[i][1].scale == "log" else axis for i in range(min(len(design.model.coil_parameters), 3))]
+    grid = torch.cartesian_prod(*axes).reshape(-1, len(axes))
+    trials = theta.expand(len(grid), -1).clone()
+    trials[:, : len(axes)] = grid
+    return trials

@@ -1,0 +1,51 @@
+"""Fits a grey box by itself: amplitudes projected out, the rest by Levenberg–Marquardt from a coarse grid."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import torch
+from torch import Generator
+
+from zoo.errors import InputError
+from zoo.fitting.design import Design, coarse_starts
+from zoo.fitting.noise import noise_of
+from zoo.fitting.projection import project
+from zoo.fitting.variable_projection import fit
+from zoo.measurements.run import Run
+from zoo.models.base import Model
+from zoo.models.graybox import GrayBox
+from zoo.scoring.noise import Whitener
+
+
+class VariableProjection:
+    """Optimizer of models that are sums of effects."""
+
+    def __init__(self, iterations: int = 30) -> None:
+        """Remember.
+
+        Args:
+            iterations: most Gauss–Newton steps.
+        """
+        self.iterations = iterations
+
+    def fit(self, model: Model, runs: Sequence[Run], generator: Generator) -> int:
+        """Fit in place; draws nothing.
+
+        Returns:
+            Steps taken.
+
+        Raises:
+            InputError: the model is no grey box.
+        """
+        del generator
+        if not isinstance(model, GrayBox):
+            raise InputError(f"optimizer=variable_projection fits sums of effects (model=graybox), not {type(model).__name__}; leave optimizer=auto")
+        whitener = Whitener(noise_of(list(runs)), [run.block_mean(run.time) for run in runs], [run.block_share() for run in runs])
+        design = Design(model, list(runs), whitener)
+        starts = coarse_starts(design)
+        best = starts[project(design.columns(starts), design.target).cost.argmin()]
+        found = fit(design.columns, design.target, best, self.iterations)
+        with torch.no_grad():
+            model.assign(found.theta, found.amplitudes)
+        return found.iterations
