@@ -69,7 +69,7 @@ def test_a_sweep_is_compared_by_run_and_stage(recordings, tmp_path, capsys) -> N
     sweep = ["-m", "model=polynomial,bp", "seed=1,2", "epochs=20", f"hydra.sweep.dir={tmp_path / 'sweep'}"]
     assert train(recordings, tmp_path / "unused", *sweep) == 0
     files = f"data.files=[{recordings / 'a.csv'},{recordings / 'check.csv'}]"
-    assert run("compare", [f"runs=[{tmp_path / 'sweep'}]", files, "data.average_s=100", f"hydra.run.dir={tmp_path / 'out'}"]) == 0
+    assert run("compare", [f"runs=[{tmp_path / 'sweep'}]", files, f"hydra.run.dir={tmp_path / 'out'}"]) == 0
     assert capsys.readouterr().out.splitlines()[-1] == str(tmp_path / "out" / "comparison.csv")
     with (tmp_path / "out" / "comparison.csv").open() as file:
         rows = list(csv.DictReader(file))
@@ -81,6 +81,7 @@ def test_a_sweep_is_compared_by_run_and_stage(recordings, tmp_path, capsys) -> N
     metrics = json.loads((tmp_path / "sweep" / "0" / "metrics.json").read_text())
     assert float(rows[4]["polynomial_seed1"]) == pytest.approx(metrics["runs"][0]["rms"], rel=1e-4)
     document = json.loads((tmp_path / "out" / "comparison.json").read_text())
+    assert document["average_s"] == 100  # as trained
     assert [model["name"] for model in document["models"]] == models
     assert document["rms"]["polynomial_seed1"] == document["rms"]["polynomial_seed2"] < document["rms"]["uncompensated"]
     assert document["runs"][0]["stages"][0]["stage"] == "hold"

@@ -88,7 +88,7 @@ def test_grids_are_those_of_the_definition(tmp_path: Path, step: float, average:
     """Against a plain loop over the rows: bins [k·a/10, (k+1)·a/10) and blocks [k·a, (k+1)·a) from each segment's start."""
     data = recording(4_000, step, jitter=0.2, gaps=(900, 2_500))
     run = read_runs(write_measurements(tmp_path / "a.csv", data), average_s=average)[0]
-    binned = average / 10 >= 2 * step
+    binned = average / 5 >= 2 * step
     bins: dict[tuple[int, ...], list[int]] = {}
     blocks: dict[tuple[int, int], list[int]] = {}
     segment, start = 0, data["time_s"][0]
@@ -96,7 +96,7 @@ def test_grids_are_those_of_the_definition(tmp_path: Path, step: float, average:
         if row and time - data["time_s"][row - 1] > 5 * step:
             segment, start = segment + 1, time
         since = time - start + 1e-4 * step  # up to rounding
-        bins.setdefault((segment, int(since / (average / 10))) if binned else (row,), []).append(row)
+        bins.setdefault((segment, int(since / (average / 5))) if binned else (row,), []).append(row)
         blocks.setdefault((segment, int(since / average)), []).append(row)
     for name, column in (("time_s", data["time_s"]), ("temperature_c", data["temperature_c"])):
         assert np.allclose(run.column(name), [column[rows].mean() for rows in bins.values()], rtol=1e-13)

@@ -97,3 +97,9 @@ def test_the_local_rate_of_a_ramp_is_its_slope_also_over_a_gap() -> None:
 def test_bias_stability_is_the_sample_standard_deviation() -> None:
     assert bias_stability(torch.tensor([1.0, 2.0, 3.0, 4.0])) == pytest.approx((5 / 3) ** 0.5)
     assert bias_stability(torch.tensor([1.0])) == 0
+
+
+def test_what_moves_below_the_floor_is_held_however_far_it_gets() -> None:
+    time = torch.arange(50.0, 7200.0, 100.0, dtype=torch.float64)
+    assert [stage.kind for stage in label_stages(time, 20 + 0.04 * time / 60)] == ["hold"]
+    assert [stage.kind for stage in label_stages(time, 20 + 0.07 * time / 60)] == ["heating"]

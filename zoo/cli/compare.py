@@ -39,7 +39,7 @@ def run(config: DictConfig, out: Path) -> Path:
     device = usable_device(config.torch_device)
     given = config.runs if OmegaConf.is_list(config.runs) else [config.runs]
     models = find_models([str(one) for one in given])
-    runs, check_runs = read_data(config)
+    runs, check_runs = read_data(_with_trained_blocks(config, models))
     scored = [(one, _residuals(models, one, device)) for one in [*runs, *check_runs]]
     stages = [label_stages(one.block_mean(one.time), one.block_mean(one.temperature)) for one, _ in scored]
     rows = [{"run": one.name} | row for (one, left), cut in zip(scored, stages, strict=True) for row in rms_by_kind(left, cut)]
@@ -49,6 +49,15 @@ def run(config: DictConfig, out: Path) -> Path:
     _draw(out, scored, rows, columns, pooled)
     _print(rows, columns, pooled, runs[0])
     return write_text(out / "comparison.csv", _csv(rows, ["run", "stage", "blocks", *columns]))
+
+
+def _with_trained_blocks(config: DictConfig, models: list[SavedModel]) -> DictConfig:
+    """Under `data.average_s=auto`, the block length of the training where the models agree on one: noise, and so the RMS, depends on it."""
+    lengths = {model.facts.get("average_s") for model in models} - {None}
+    if config.data.get("average_s") == "auto" and len(lengths) == 1:
+        config = config.copy()
+        config.data.average_s = lengths.pop()
+    return config
 
 
 def _residuals(models: list[SavedModel], one: Run, device: torch.device) -> dict[str, Tensor]:

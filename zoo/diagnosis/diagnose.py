@@ -89,7 +89,7 @@ def diagnose(runs: list[Run], effects: list[str], catalogue: dict[str, Effect], 
     progress("testing what is left")
     structure = examine(bench, found.final, base)
     verdict = "unknown" if not structure.is_noise else "missing" if found.missing else "complete"
-    floor = bench.noise_floor(found.final) if structure.is_noise else bench.noise.white
+    floor = bench.noise_floor(found.final) if structure.is_noise else bench.mixtures.white
     record = {
         "schema_version": SCHEMA_VERSION,
         "effects": list(effects),
@@ -119,7 +119,7 @@ def diagnose(runs: list[Run], effects: list[str], catalogue: dict[str, Effect], 
 def _candidates(bench: Workbench, base: Solved, found: Search, names: list[str], trust: float) -> list[dict[str, Any]]:
     chances = _probabilities(found, trust)
     first = found.steps[0].trials if found.steps else []
-    compared = {trial.screened.name for trial in first[:COMPARED] if trial.solved is not None and trial.evidence > 0} | set(found.missing)
+    compared = {trial.screened.name for trial in first[:COMPARED] if trial.refitted and trial.evidence > 0} | set(found.missing)
     entries = [_candidate(bench, base, trial, names if trial.screened.name in compared else [], chances) for trial in first]
     rank = {name: i for i, name in enumerate(found.missing)}
     return sorted(entries, key=lambda entry: (rank.get(entry["effect"], len(rank)), -entry["probability"], entry["delta_bic"]))
@@ -140,7 +140,7 @@ def _candidate(bench: Workbench, base: Solved, trial: Trial, compare_with: list[
         "place": effect.place,
         "formula": effect.formula,
         "explanation": effect.signature,
-        "refitted": trial.solved is not None,
+        "refitted": trial.refitted,
     }
 
 

@@ -62,6 +62,10 @@ class NoiseMixtures:
                 found.append((noise, Whitener(noise, self.times, self.shares), prior))
         return found
 
+    def at_the_limit(self, noise: NoiseModel) -> bool:
+        """Whether a mixture is as coloured as any gyro's may be: then the residual is hardly noise."""
+        return noise.flicker >= 0.99 * FLICKER_SHARES[-1] * noise.white or noise.walk >= 0.99 * WALK_SHARES[-1] * noise.white
+
     def most_likely(self, columns: Tensor, target: Tensor) -> Likely:
         """Fit the amplitudes under every mixture and keep the likeliest.
 

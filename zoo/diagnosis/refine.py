@@ -98,7 +98,7 @@ def _record(bench: Workbench, solutions: list[Solved], check_runs: list[Run], ad
         "runs": [run.name for run in bench.runs],
         "check_runs": [run.name for run in check_runs],
         "ladder": ladder,
-        "noise_floor": bench.noise_floor(solutions[-1]) if structure.is_noise else bench.noise.white,
+        "noise_floor": bench.noise_floor(solutions[-1]) if structure.is_noise else bench.mixtures.white,
         "noise_floor_check": noise_of(check_runs).white if check_runs else None,
         "verdict": "complete" if structure.is_noise else "unknown",
         "parameters": fitted_parameters(solutions[-1], bench.runs[0].unit),

@@ -28,13 +28,15 @@ class Trial:
 
     Attributes:
         screened: its best guess from projection.
-        solved: the refitted model, or None where the guess was hopeless.
+        solved: the model with it, or None where the guess was hopeless.
         evidence: log Bayes factor over the model without it.
+        refitted: whether the nonlinear parameters were fitted again.
     """
 
     screened: Screened
     solved: Solved | None
     evidence: float
+    refitted: bool
 
 
 @dataclass(eq=False)
@@ -86,7 +88,7 @@ def search(bench: Workbench, base: Solved, candidates: list[str], progress: Call
         step = _round(bench, found.final, [name for name in candidates if name not in found.final.names], progress)
         found.steps.append(step)
         best = step.trials[0] if step.trials else None
-        if len(found.missing) >= MOST_ADDED or best is None or best.solved is None or not _convinces(bench, found.final, best, len(step.trials)):
+        if len(found.missing) >= MOST_ADDED or best is None or not best.refitted or not _convinces(bench, found.final, best, len(step.trials)):
             return found
         step.chosen = best.screened.name
         found.final = _prune(bench, best.solved, base)
@@ -103,7 +105,8 @@ def settle(bench: Workbench, names: tuple[str, ...], candidates: list[str], prog
     """
     found = search(bench, bench.solve(names), candidates, progress)
     likely, assumed = found.final.likely.noise, bench.noise
-    if likely.walk <= 0 and likely.flicker < RECONSIDER * assumed.flicker:
+    as_assumed = likely.walk <= 0 and likely.flicker < RECONSIDER * assumed.flicker
+    if as_assumed or bench.mixtures.at_the_limit(likely):
         return bench, found
     bench = bench.with_noise(likely)
     return bench, search(bench, bench.solve(names), candidates, progress)
@@ -117,12 +120,13 @@ def _round(bench: Workbench, before: Solved, names: list[str], progress: Callabl
     trials = []
     for rank, i in enumerate(order):
         solved, evidence = None, guesses[i]
-        if rank < REFITS and guesses[i] > HOPELESS:
+        refitted = rank < REFITS and guesses[i] > HOPELESS
+        if guesses[i] > HOPELESS:
             progress(f"{' + '.join(before.names)} + {screened[i].name}?")
-            solved = bench.extend(before, screened[i].name, screened[i].shape)
+            solved = (bench.extend if refitted else bench.peek)(before, screened[i].name, screened[i].shape)
             evidence = bench.evidence(before, solved)
-        trials.append(Trial(screened[i], solved, evidence))
-    trials.sort(key=lambda trial: (trial.solved is None, -trial.evidence))
+        trials.append(Trial(screened[i], solved, evidence, refitted))
+    trials.sort(key=lambda trial: (not trial.refitted, -trial.evidence))
     return Step(before, trials)
 
 
