@@ -28,6 +28,14 @@ from zoo.catalog import config_folder
 from zoo.errors import InputError, WorkError, nearest
 
 Verb = Callable[[DictConfig, Path], Path]
+WRONG_SETTINGS = (
+    ConfigCompositionException,
+    OverrideParseException,
+    MissingConfigException,
+    SearchPathException,
+    InstantiationException,
+    OmegaConfBaseException,
+)
 VERBS = ("simulate", "train", "compare", "diagnose", "refine", "compensate", "export", "reproduce")
 
 
@@ -103,11 +111,9 @@ def explain(error: BaseException) -> tuple[int, str]:
     if isinstance(error, MissingConfigException) and error.options is not None:
         group, _, name = str(error.missing_cfg_file).rpartition("/")
         return 2, f"error: unknown {group.removesuffix('s')} '{name}': {nearest(name, error.options)}"
-    if isinstance(error, (ConfigCompositionException, OverrideParseException, MissingConfigException, SearchPathException, OmegaConfBaseException)):
-        return 2, f"error: {_first_lines(error)}"
     if isinstance(error, PermissionError | FileExistsError | NotADirectoryError):
         return 2, f"error: {error.filename}: cannot be written ({error.strerror}); choose another folder with hydra.run.dir=…"
-    if isinstance(error, InstantiationException):
+    if isinstance(error, WRONG_SETTINGS):
         return 2, f"error: {_first_lines(error)}"
     known = "" if isinstance(error, HydraException) else f"{type(error).__name__}: "
     return 1, f"failed: {known}{_first_lines(error)} (HYDRA_FULL_ERROR=1 shows where)"

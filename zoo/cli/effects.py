@@ -47,14 +47,28 @@ def catalogue(config: DictConfig, wanted: list[str] | None = None) -> dict[str, 
 def next_commands(config: DictConfig, missing: list[str]) -> list[str]:
     """What to type after a diagnosis."""
     files = ",".join(str(file) for file in ([config.data.files] if isinstance(config.data.files, str) else config.data.files))
-    parts = ["fogzoo", "refine", f"add=[{','.join(missing)}]" if missing else "add=auto", f"effects=[{','.join(model_effects(config))}]", f"data.files=[{files}]"]
+    parts = [
+        "fogzoo",
+        "refine",
+        f"add=[{','.join(missing)}]" if missing else "add=auto",
+        f"effects=[{','.join(model_effects(config))}]",
+        f"data.files=[{files}]",
+    ]
     return [shlex.join([*parts, *_mapping(config)])] if missing else []
 
 
 def _mapping(config: DictConfig) -> list[str]:
     """The data settings that differ from the defaults, so that a printed command can be pasted."""
-    columns = [f"{'+' if role.startswith('temperature_') else ''}data.columns.{role}={name}" for role, name in config.data.columns.items() if name is not None]
-    others = [f"data.{key}={config.data[key]}" for key, usual in (("output_unit", None), ("reference", 0.0), ("average_s", "auto"), ("holdout", 0.0)) if config.data[key] != usual]
+    columns = [
+        f"{'+' if role.startswith('temperature_') else ''}data.columns.{role}={name}"
+        for role, name in config.data.columns.items()
+        if name is not None
+    ]
+    others = [
+        f"data.{key}={config.data[key]}"
+        for key, usual in (("output_unit", None), ("reference", 0.0), ("average_s", "auto"), ("holdout", 0.0))
+        if config.data[key] != usual
+    ]
     checks = config.data.check_files
     listed = ",".join([checks] if isinstance(checks, str) else [str(file) for file in checks])
     return [*columns, *others, *([f"data.check_files=[{listed}]"] if listed else [])]

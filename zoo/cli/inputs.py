@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 from hydra.core.hydra_config import HydraConfig
-from omegaconf import DictConfig, OmegaConf, open_dict
+from omegaconf import DictConfig, open_dict
 
 from zoo.catalog import create
 from zoo.errors import InputError
@@ -22,7 +22,7 @@ def read_data(config: DictConfig) -> tuple[list[Run], list[Run]]:
     """
     data = config.data.copy()
     with open_dict(data):
-        check_files, holdout = OmegaConf.to_container(OmegaConf.create({"files": data.pop("check_files", [])}))["files"], data.pop("holdout", 0.0)
+        check_files, holdout = data.pop("check_files", []), data.pop("holdout", 0.0)
     if not 0.0 <= holdout < 1.0:
         raise InputError(f"data.holdout={holdout}: a share of each run from 0 to below 1 is needed")
     runs = create(data)
@@ -32,7 +32,7 @@ def read_data(config: DictConfig) -> tuple[list[Run], list[Run]]:
         runs, checks = [early for early, _ in pairs], [late for _, late in pairs]
     if check_files:
         average_s = data.average_s if data.average_s is None else runs[0].average_s
-        found = create(data, files=[check_files] if isinstance(check_files, str) else check_files, average_s=average_s)
+        found = create(data, files=[check_files] if isinstance(check_files, str) else list(check_files), average_s=average_s)
         checks += [_alike(run, runs[0]) for run in found]
     return runs, checks
 

@@ -71,4 +71,4 @@ def _model_config(config: DictConfig, found: Refinement) -> dict[str, Any]:
     for name, _ in found.model.named_effects():
         own = config.effects.get(name)
         effects[name] = OmegaConf.to_container(own if own is not None else load("effects", name, searchpath())[name], resolve=True)
-    return {"_target_": "zoo.models.graybox.GrayBox", "effects": effects, "inputs": found.model.inputs}
+    return {"_target_": "zoo.models.graybox.GrayBox", "effects": effects, "inputs": found.model.inputs, "in_motion": found.model.in_motion}

@@ -1,0 +1,1 @@
+"""How far a model is from measurements, where it fails, which effect is missing."""

@@ -14,8 +14,8 @@ MODEL_ERROR = 0.005
 def indistinguishable(bench: Workbench, base: Solved, more: Solved, candidates: list[str]) -> list[str]:
     """Other effects that reproduce what an added effect explains.
 
-    The added effect's fitted signal is stripped of what the base model can absorb to first order; another effect is indistinguishable if, over its grid of
-    shapes, its columns reproduce the rest so well that the remainder could not be seen in this noise.
+    The added effect's fitted signal is stripped of what the base model can absorb to first order; another effect is indistinguishable if, over its
+    grid of shapes, its columns reproduce the rest so well that the remainder could not be seen in this noise.
 
     Args:
         bench: the runs.

@@ -9,23 +9,27 @@ from zoo.diagnosis.workbench import Solved, Workbench
 from zoo.fitting.projection import project
 
 SEGMENTS = 8
+"""Consecutive pieces that are left out one at a time. Fewer and longer ones ask for more: neighbours of a short piece give its misfit away."""
 
 
 def segment_cost(bench: Workbench, solved: Solved) -> float:
-    """Sum of squared whitened errors on consecutive segments, each predicted with amplitudes from all the others."""
-    size = -(-bench.blocks // SEGMENTS)
-    return float(_left_out(solved.fit.columns, solved.design.target, list(torch.arange(bench.blocks).split(size))).square().sum())
+    """Sum of squared whitened errors on pieces of the runs, each predicted with amplitudes from all the others."""
+    return float(_left_out(solved.fit.columns, solved.design.target, _folds(bench.blocks)).square().sum())
 
 
 def rms_by_run(bench: Workbench, solved: Solved) -> float:
-    """RMS [unit] over runs, each predicted with amplitudes from the others; over eight segments where there is one run.
+    """RMS [unit] over runs, each predicted with amplitudes from the others; over eight pieces where there is one run.
 
     The nonlinear parameters stay as fitted to all runs.
     """
     plain = solved.design.plain_columns(solved.fit.theta.unsqueeze(0))[0]
     sizes = [run.blocks for run in bench.runs]
-    parts = torch.arange(bench.blocks).split(sizes) if len(sizes) > 1 else torch.arange(bench.blocks).split(-(-bench.blocks // SEGMENTS))
-    return float(_left_out(plain, solved.design.error, list(parts)).square().mean().sqrt())
+    parts = list(torch.arange(bench.blocks).split(sizes)) if len(sizes) > 1 else _folds(bench.blocks)
+    return float(_left_out(plain, solved.design.error, parts).square().mean().sqrt())
+
+
+def _folds(blocks: int) -> list[Tensor]:
+    return list(torch.arange(blocks).split(-(-blocks // SEGMENTS)))
 
 
 def _left_out(columns: Tensor, target: Tensor, parts: list[Tensor]) -> Tensor:

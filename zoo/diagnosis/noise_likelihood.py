@@ -14,9 +14,9 @@ from zoo.measurements.run import Run
 from zoo.scoring.noise import NoiseModel, Whitener
 
 FLICKER_SHARES = (0.05, 0.25, 0.6, 1.2, 2.0)
-"""Bias instability over the white noise of a block: physics.md §10.5 gives 0.05 to 1.7 for both classes of gyro."""
+"""Bias instability over the white noise of a block: medium and tactical gyros have 0.05 to 1.7."""
 WALK_SHARES = (0.0, 0.1, 0.3, 0.8)
-"""Rate random walk per √h over the white noise of a block: §10.5 gives 0.02 to 0.8."""
+"""Rate random walk per √h over the white noise of a block: they have 0.02 to 0.8."""
 LEVEL_SPREAD = 0.05
 """How well the white level is known, as a share."""
 LEVELS = tuple(1.0 + 0.02 * i for i in range(-8, 13))
@@ -62,9 +62,9 @@ class NoiseMixtures:
                 found.append((noise, Whitener(noise, self.times, self.shares), prior))
         return found
 
-    def at_the_limit(self, noise: NoiseModel) -> bool:
-        """Whether a mixture is as coloured as any gyro's may be: then the residual is hardly noise."""
-        return noise.flicker >= 0.99 * FLICKER_SHARES[-1] * noise.white or noise.walk >= 0.99 * WALK_SHARES[-1] * noise.white
+    def exhausted(self, noise: NoiseModel) -> bool:
+        """Whether a mixture has as much flicker and as much random walk as any gyro: then the residual is hardly noise."""
+        return noise.flicker >= 0.99 * FLICKER_SHARES[-1] * noise.white and noise.walk >= 0.99 * WALK_SHARES[-1] * noise.white
 
     def most_likely(self, columns: Tensor, target: Tensor) -> Likely:
         """Fit the amplitudes under every mixture and keep the likeliest.

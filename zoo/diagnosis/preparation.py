@@ -39,7 +39,9 @@ def check_swing(runs: list[Run], effects: dict[str, Effect]) -> None:
         )
     blocks = sum(run.blocks for run in runs)
     if blocks < FEWEST_BLOCKS:
-        raise InputError(f"{names}: {blocks} block means of {runs[0].average_s:g} s are too few to fit (at least {FEWEST_BLOCKS}); set data.average_s smaller")
+        raise InputError(
+            f"{names}: {blocks} block means of {runs[0].average_s:g} s are too few to fit (at least {FEWEST_BLOCKS}); set data.average_s smaller"
+        )
 
 
 def without_spikes(runs: list[Run]) -> list[Run]:

@@ -24,7 +24,7 @@ def regions(runs: list[Run], residual: Tensor, floor: float) -> list[dict[str, A
     Returns:
         The contract's `where`, worst first, 24 at most.
     """
-    found = []
+    found: list[dict[str, Any]] = []
     for run, part in zip(runs, residual.split([run.blocks for run in runs]), strict=True):
         time, temperature = run.block_mean(run.time), run.block_mean(run.temperature)
         for stage in label_stages(time, temperature):

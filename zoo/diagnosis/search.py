@@ -87,14 +87,17 @@ def search(bench: Workbench, base: Solved, candidates: list[str], progress: Call
     while True:
         step = _round(bench, found.final, [name for name in candidates if name not in found.final.names], progress)
         found.steps.append(step)
-        best = step.trials[0] if step.trials else None
-        if len(found.missing) >= MOST_ADDED or best is None or not best.refitted or not _convinces(bench, found.final, best, len(step.trials)):
+        best = next((trial for trial in step.trials if _convinces(bench, found.final, trial, len(step.trials))), None)
+        if best is None or len(found.missing) >= MOST_ADDED:
             return found
+        assert best.solved is not None
         step.chosen = best.screened.name
         found.final = _prune(bench, best.solved, base)
 
 
-def settle(bench: Workbench, names: tuple[str, ...], candidates: list[str], progress: Callable[[str], None] = lambda _: None) -> tuple[Workbench, Search]:
+def settle(
+    bench: Workbench, names: tuple[str, ...], candidates: list[str], progress: Callable[[str], None] = lambda _: None
+) -> tuple[Workbench, Search]:
     """Search, and once more with fits weighted by the noise that the first search left, where that is another noise than was assumed.
 
     Args:
@@ -106,7 +109,7 @@ def settle(bench: Workbench, names: tuple[str, ...], candidates: list[str], prog
     found = search(bench, bench.solve(names), candidates, progress)
     likely, assumed = found.final.likely.noise, bench.noise
     as_assumed = likely.walk <= 0 and likely.flicker < RECONSIDER * assumed.flicker
-    if as_assumed or bench.mixtures.at_the_limit(likely):
+    if as_assumed or bench.mixtures.exhausted(likely):
         return bench, found
     bench = bench.with_noise(likely)
     return bench, search(bench, bench.solve(names), candidates, progress)
@@ -132,8 +135,7 @@ def _round(bench: Workbench, before: Solved, names: list[str], progress: Callabl
 
 def _convinces(bench: Workbench, before: Solved, best: Trial, candidates: int) -> bool:
     """Whether an addition is worth it: strong evidence, and lower error on segments that were not fitted."""
-    assert best.solved is not None
-    if best.evidence < ACCEPT + math.log(max(candidates, 1)):
+    if best.solved is None or not best.refitted or best.evidence < ACCEPT + math.log(max(candidates, 1)):
         return False
     return segment_cost(bench, best.solved) < segment_cost(bench, before)
 

@@ -58,8 +58,9 @@ def examine(bench: Workbench, final: Solved, base: Solved) -> Structure:
     """Test the residual of a model against noise, absolutely.
 
     Noise means that the likeliest mixture of white, flicker and random walk within what gyros have reaches χ²/dof = 1, within what the noise level is
-    uncertain by, that no single innovation sticks out, and that no smooth function of temperature, rate, time or a recorded input explains a material
-    share. Where effects were added to `base`, a small part of what they explained may remain: a catalogue's form is never nature's.
+    uncertain by, without all the flicker and random walk there may be, and that no smooth function of temperature, rate, time or a recorded input
+    explains a material share. Where effects were added to `base`, a small part of what they explained may remain: a catalogue's form is never
+    nature's.
 
     Args:
         bench: the runs.
@@ -68,13 +69,13 @@ def examine(bench: Workbench, final: Solved, base: Solved) -> Structure:
     """
     dof = max(bench.blocks - final.freedom, 1)
     excess = final.likely.cost / dof - 1.0
-    explained = max(base.residual.square().mean() - final.residual.square().mean(), 0.0) / bench.noise_floor(final) ** 2
-    forgiven = min(SHARE_ALLOWED * float(explained), LEVEL_ALLOWED_AFTER)
+    explained = float(base.residual.square().mean() - final.residual.square().mean()) / bench.noise_floor(final) ** 2
+    forgiven = min(SHARE_ALLOWED * max(explained, 0.0), LEVEL_ALLOWED_AFTER)
     found = tuple(dependences(bench, final))
     leftover = max([0.0, *(item.explains * (1.0 + excess) for item in found)])
     level = excess <= LEVEL_ALLOWED + 3.0 * math.sqrt(2.0 / dof) + forgiven
     shape = not found or leftover <= MATERIAL + forgiven
-    return Structure(level and shape, excess, found)
+    return Structure(level and shape and not bench.mixtures.exhausted(final.likely.noise), excess, found)
 
 
 def dependences(bench: Workbench, final: Solved) -> list[Dependence]:

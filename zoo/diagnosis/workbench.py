@@ -13,10 +13,10 @@ from torch import Tensor
 from zoo.diagnosis.noise_likelihood import Likely, NoiseMixtures
 from zoo.effects.base import Effect
 from zoo.effects.bounds import to_unit
+from zoo.fitting.design import Design, coarse_starts, starts_in_motion
 from zoo.fitting.projection import orthonormal, project
 from zoo.fitting.variable_projection import Fit, fit, tangents
 from zoo.measurements.run import Run
-from zoo.fitting.design import Design, coarse_starts
 from zoo.models.graybox import GrayBox
 from zoo.scoring.noise import NoiseModel, Whitener
 
@@ -89,6 +89,7 @@ class Workbench:
         self.mixtures = NoiseMixtures(runs, white)
         self.inputs = list(runs[0].columns)
         self.whitener = Whitener(noise, [run.block_mean(run.time) for run in runs], [run.block_share() for run in runs])
+        self.in_motion = any(starts_in_motion(run) for run in runs)
         self.span_s = max(float(run.time[-1] - run.time[0]) for run in runs)
         self.blocks = sum(run.blocks for run in runs)
         self._solved: dict[frozenset[str], Solved] = {}
@@ -104,7 +105,7 @@ class Workbench:
     def design(self, names: tuple[str, ...]) -> Design:
         """The columns of a set of effects on the runs."""
         effects = {name: copy.deepcopy(self.effects[name]) for name in names}
-        return Design(GrayBox(effects, self.inputs), self.runs, self.whitener)
+        return Design(GrayBox(effects, self.inputs, self.in_motion), self.runs, self.whitener)
 
     def solve(self, names: tuple[str, ...], starts: list[Tensor] | None = None) -> Solved:
         """Fit a set of effects, from the best of the given starts; solutions are remembered.
@@ -130,7 +131,8 @@ class Workbench:
     def extend(self, base: Solved, name: str, shape: Tensor) -> Solved:
         """Refit with one more effect, its shape (S,) started where screening found it.
 
-        Starts from the base's coil and from a coarse grid over the coil's parameters, for a base that lacks an effect bends the coil to make up for it.
+        Starts from the base's coil and from a coarse grid over the coil's parameters, for a base that lacks an effect bends the coil to make up for
+        it.
         """
         effect = self.effects[name]
         own = to_unit(shape, effect.shape)
@@ -166,8 +168,8 @@ class Workbench:
     def evidence(self, less: Solved, more: Solved) -> float:
         """Log Bayes factor of the larger model (Schwarz 1978), each model under the noise that suits it best.
 
-        A slow residual may be an effect or flicker: the noise mixture is part of either hypothesis, so that an effect must beat the noise that would do
-        without it.
+        A slow residual may be an effect or flicker: the noise mixture is part of either hypothesis, so that an effect must beat the noise that would
+        do without it.
         """
         gain = more.likely.logarithm - less.likely.logarithm
         return gain - 0.5 * (more.freedom - less.freedom) * math.log(self.blocks)

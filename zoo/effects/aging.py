@@ -7,23 +7,21 @@ from torch import Tensor
 
 from zoo.effects.base import Effect, History, Parameter
 
-
 LATE_S = 36000.0
 
 
 class Aging(Effect):
     """Drift A·ln(1 + t/τ)/ln(1 + 10 h/τ) with t since the run's first sample.
 
-    A population of relaxations with a broad spread of rates gives the logarithm; for τ far above the run's length it is a straight line in time
-    (physics.md §9.11).
+    A population of relaxations with a broad spread of rates gives the logarithm; for τ far above the run's length it is a straight line in time.
     """
 
     name = "aging"
     place = "housing"
-    shape = (Parameter("time", 100.0, "h", 1.0, 1000.0, "log", source="§9.11: hours to months", meaning="where the drift starts to slow down"),)
-    amplitudes = (Parameter("drift", 0.0, "unit", -10.0, 10.0, source="§9.11: 1e-3–1e-2 °/h/month, more when new", meaning="after 10 h"),)
+    shape = (Parameter("time", 100.0, "h", 1.0, 1000.0, "log", source="prior: hours to months", meaning="where the drift starts to slow down"),)
+    amplitudes = (Parameter("drift", 0.0, "unit", -10.0, 10.0, source="prior: 1e-3–1e-2 °/h/month, more when new", meaning="after 10 h"),)
     formula = "A·ln(1 + t/τ)/ln(1 + 10 h/τ)"
-    source = "physics.md §9.11; logarithmic ageing: Primak 1955, Phys. Rev. 100:1677"
+    source = "logarithmic ageing: Primak 1955, Phys. Rev. 100:1677"
     signature = "monotone in time, whatever the temperature does"
     confused_with = ("moisture", "warm_up", "viscoelastic")
 

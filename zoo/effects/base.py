@@ -4,10 +4,13 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, field, replace
-from typing import ClassVar, Literal
+from typing import TYPE_CHECKING, ClassVar, Literal
 
 import torch
 from torch import Tensor, nn
+
+if TYPE_CHECKING:
+    from zoo.effects.sum import Sum
 
 
 @dataclass(frozen=True)
@@ -100,6 +103,12 @@ class Effect(nn.Module):
         super().__init__()
         self.shape_value = nn.Parameter(torch.tensor([p.default for p in self.shape], dtype=torch.float64))
         self.amplitude = nn.Parameter(torch.zeros(len(self.amplitudes), dtype=torch.float64))
+
+    def __add__(self, other: Effect) -> Sum:
+        """Both together: ``StaticBias() + Mohr() + Shupe()``."""
+        from zoo.effects.sum import Sum  # a sum is made of effects
+
+        return Sum({self.name: self}) + other
 
     def columns(self, history: History, shape: Tensor) -> Tensor:
         """The basis for given shapes.

@@ -10,10 +10,8 @@ from zoo.effects.base import Effect, History, Parameter, grid_values
 ONSETS = 100
 
 
-
-
 class BiasStep(Effect):
-    """A step at one moment: a fan that switches, a fibre that slips, a laser that hops (physics.md §9.10, R49).
+    """A step at one moment: a fan that switches, a fibre that slips, a laser that hops.
 
     The moment is counted from the run's start. `run` tells which run it happened in; 0 means at that time in every run, as for a programmed switch.
     """
@@ -24,15 +22,15 @@ class BiasStep(Effect):
         Parameter("onset", 2.0, "h", 0.0, 24.0, source="anywhere in a run", meaning="time from the run's start"),
         Parameter("run", 0.0, "1", 0.0, 100.0, "index", "an index", "number of the run it happened in, 0 for all"),
     )
-    amplitudes = (Parameter("step", 0.0, "unit", -100.0, 100.0, source="§9.10", meaning="height"),)
+    amplitudes = (Parameter("step", 0.0, "unit", -100.0, 100.0, source="engineering prior", meaning="height"),)
     formula = "A·(t > t0)"
-    source = "physics.md §9.10; Mukhtubaev et al. 2020, ITMO J. 20(4):507 (phase jumps)"
+    source = "Mukhtubaev et al. 2020, ITMO J. 20(4):507 (phase jumps)"
     signature = "constant before and after one moment"
     confused_with = ("aging",)
 
     def shapes_to_try(self, span_s: float, runs: int) -> Tensor:
-        """Onsets all along the longest run, in each run and in all of them, see `Effect.shapes_to_try`."""
-        onsets = (torch.arange(ONSETS, dtype=torch.float64) + 0.5) / ONSETS * span_s / 3600.0
+        """Onsets all along the longest run (its first 24 h), in each run and in all of them, see `Effect.shapes_to_try`."""
+        onsets = (torch.arange(ONSETS, dtype=torch.float64) + 0.5) / ONSETS * min(span_s / 3600.0, self.shape[0].high)
         return torch.cartesian_prod(onsets, grid_values(self.shape[1], runs))
 
     def columns(self, history: History, shape: Tensor) -> Tensor:

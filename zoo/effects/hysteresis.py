@@ -8,26 +8,29 @@ from torch import Tensor
 from zoo.effects.base import Effect, History, Parameter
 from zoo.physics.recurrence import clamped
 
-
 WIDTHS = (0.5, 1.0, 2.0)
 
 
 class Hysteresis(Effect):
     """Preisach hysteresis with relays spread over widths and over temperature.
 
-    A relay that switches up at c + r and down at c − r is up exactly where the play operator w_r of the temperature exceeds c. Summed over relays with
-    density sech²((c − c0)/s) in c this is tanh((w_r − c0)/s): a play seen through a saturating curve (generalised Prandtl–Ishlinskii;
-    Al Janaideh, Rakheja & Su 2009; physics.md §7). Widths are spread over r/2, r, 2r, for contacts do not slip all at once.
+    A relay that switches up at c + r and down at c − r is up exactly where the play operator w_r of the temperature exceeds c. Summed over relays
+    with density sech²((c − c0)/s) in c this is tanh((w_r − c0)/s): a play seen through a saturating curve (generalised Prandtl–Ishlinskii;
+    Al Janaideh, Rakheja & Su 2009). Widths are spread over r/2, r, 2r, for contacts do not slip all at once.
     Before the first sample every relay is where the starting temperature alone puts it.
     """
 
     name = "hysteresis"
     shape = (
-        Parameter("width", 6.0, "K", 0.5, 20.0, "log", source="§10.5: radii 2–20 K", meaning="r, half-width of the loop in temperature", grid=5),
+        Parameter("width", 6.0, "K", 0.5, 20.0, "log", source="prior: radii 2–20 K", meaning="r, half-width of the loop in temperature", grid=5),
         Parameter("centre", 20.0, "°C", -40.0, 80.0, source="middle of the operating range", meaning="temperature where the loop is widest", grid=4),
-        Parameter("spread", 40.0, "K", 8.0, 200.0, "log", source="from one contact to a plain play", meaning="temperature range in which it acts", grid=3),
+        Parameter(
+            "spread", 40.0, "K", 8.0, 200.0, "log", source="from one contact to a plain play", meaning="temperature range in which it acts", grid=3
+        ),
     )
-    amplitudes = (Parameter("amplitude", 0.0, "unit", -10.0, 10.0, source="§10.5: 0.002–0.02 medium, 0.05–0.5 tactical", meaning="half the saturated loop"),)
+    amplitudes = (
+        Parameter("amplitude", 0.0, "unit", -10.0, 10.0, source="prior: 0.002–0.02 medium, 0.05–0.5 tactical", meaning="half the saturated loop"),
+    )
     formula = "A·mean_r tanh((play_r(T) − c0)/s)"
     source = "Preisach; Al Janaideh et al. 2009, Smart Mater. Struct. 18:045001"
     signature = "the bias in holds depends on whether they were reached from below or above, however slowly"

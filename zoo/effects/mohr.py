@@ -7,21 +7,17 @@ from torch import Tensor
 from zoo.effects.base import Effect, History, Parameter, spread
 
 
-
-
 class Mohr(Effect):
     """Elasto-optic bias C_M·dT/dt of a coil whose thermo-optic coefficient is not the same along the fibre.
 
-    C_M = n/(D L) ∫ n_T(s)·(L − 2s) ds: the potting strains inner and outer layers differently, so that a uniform rate no longer cancels (physics.md §4,
-    Mohr 1996 JLT; Mohr & Schadt 2004 SPIE 5502:410).
+    C_M = n/(D L) ∫ n_T(s)·(L − 2s) ds: the potting strains inner and outer layers differently, so that a uniform rate no longer
+    cancels (Mohr 1996 JLT; Mohr & Schadt 2004 SPIE 5502:410).
     """
 
     name = "mohr"
-    amplitudes = (
-        Parameter("coefficient", 0.0, "unit/(K/min)", -10.0, 10.0, source="§10.5: 0.02–0.3 medium, 0.1–2 tactical", meaning="C_M"),
-    )
+    amplitudes = (Parameter("coefficient", 0.0, "unit/(K/min)", -10.0, 10.0, source="prior: 0.02–0.3 medium, 0.1–2 tactical", meaning="C_M"),)
     formula = "C_M·dT/dt"
-    source = "Mohr 1996, J. Lightwave Technol.; physics.md §4"
+    source = "Mohr 1996, J. Lightwave Technol."
     signature = "plateau in mid-ramp, proportional to the rate, sign flips between heating and cooling, zero in a hold"
     confused_with = ("thermal_gradient", "sensor_lag", "fixture_rotation")
 

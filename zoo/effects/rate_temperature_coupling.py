@@ -7,7 +7,6 @@ from torch import Tensor
 
 from zoo.effects.base import Effect, History, Parameter, spread
 
-
 REFERENCE_C = 20.0
 
 
@@ -15,16 +14,16 @@ class RateTemperatureCoupling(Effect):
     """Error (c1·θ + c2·θ²)·dT/dt with θ = T − 20 °C.
 
     n_T falls with temperature, the potting softens, the conductivity changes: C_M(T) is not a constant, and n_T itself is quadratic in T
-    (physics.md §2.1 R29d, §9.6; measured slope 0.2–1 % per K of C_M, prior).
+    (measured slope 0.2–1 % per K of C_M, prior).
     """
 
     name = "rate_temperature_coupling"
     amplitudes = (
-        Parameter("slope", 0.0, "unit/(K/min)/K", -1.0, 1.0, source="§10.5: 0.2–1 %/K of C_M", meaning="dC_M/dT"),
-        Parameter("curvature", 0.0, "unit/(K/min)/K^2", -0.1, 0.1, source="§2.1: n_T quadratic in T", meaning="½ d²C_M/dT²"),
+        Parameter("slope", 0.0, "unit/(K/min)/K", -1.0, 1.0, source="prior: 0.2–1 %/K of C_M", meaning="dC_M/dT"),
+        Parameter("curvature", 0.0, "unit/(K/min)/K^2", -0.1, 0.1, source="prior: n_T quadratic in T", meaning="½ d²C_M/dT²"),
     )
     formula = "(c1·θ + c2·θ²)·dT/dt,  θ = T − 20 °C"
-    source = "physics.md §4, §9.6; Sensors 15, 11189 (2015) uses the product term"
+    source = "Sensors 15, 11189 (2015) uses the product term"
     signature = "a slope in temperature during ramps, opposite sign while cooling, zero in a hold"
     confused_with = ("glass_transition",)
 

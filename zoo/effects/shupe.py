@@ -8,22 +8,20 @@ from zoo.effects.base import Effect, History, Parameter
 from zoo.physics.lag import lagged
 
 
-
-
 class Shupe(Effect):
     """Pure thermo-optic error of a coil whose layers do not change temperature at the same rate.
 
-    The rate error is C_w·d(ΔT)/dt with ΔT the temperature difference across the winding. Across a winding with diffusion time τ the difference relaxes
-    as ΔT ≈ τ·lag_τ(dT/dt), so the column is dT/dt − lag_τ(dT/dt): zero for any uniform rate and with zero integral between two isothermal
-    states, as ∫(L − 2s) ds = 0 demands (Shupe 1980, Appl. Opt. 19:654; physics.md §2.4).
+    The rate error is C_w·d(ΔT)/dt with ΔT the temperature difference across the winding. Across a winding with diffusion time τ the difference
+    relaxes as ΔT ≈ τ·lag_τ(dT/dt), so the column is dT/dt − lag_τ(dT/dt): zero for any uniform rate and with zero integral between two isothermal
+    states, as ∫(L − 2s) ds = 0 demands (Shupe 1980, Appl. Opt. 19:654).
     """
 
     name = "shupe"
     shape = (
-        Parameter("diffusion_time", 60.0, "s", 5.0, 1200.0, "log", source="§3: d²/(π²a), 30 s to 470 s", meaning="heat diffusion across the winding"),
+        Parameter("diffusion_time", 60.0, "s", 5.0, 1200.0, "log", source="prior: d²/(π²a), 30 s to 470 s", meaning="heat diffusion across the winding"),
     )
     amplitudes = (
-        Parameter("weight", 0.0, "unit/(K/min)", -100.0, 100.0, source="§2.3: 0.1 (quadrupolar) to 38 (cylindrical)", meaning="C_w of the winding"),
+        Parameter("weight", 0.0, "unit/(K/min)", -100.0, 100.0, source="prior: 0.1 (quadrupolar) to 38 (cylindrical)", meaning="C_w of the winding"),
     )
     formula = "C_w·(dT/dt − lag_τ(dT/dt))"
     source = "Shupe 1980, Appl. Opt. 19:654; Opt. Express 21, 2521 (2013)"

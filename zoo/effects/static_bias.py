@@ -7,23 +7,21 @@ from torch import Tensor
 
 from zoo.effects.base import Effect, History, Parameter, spread
 
-
 REFERENCE_C = 20.0
 
 
 class StaticBias(Effect):
     """Quasi-static bias b(T) = b0 + b1·θ + b2·θ² + b3·θ³ with θ = T − 20 °C.
 
-    Sources: modulation cross-talk, detector and ADC offsets, phase error of the integrated optics. Order 1 to 3 is what fits in the literature
-    (physics.md §8, R34, R71–R73).
+    Sources: modulation cross-talk, detector and ADC offsets, phase error of the integrated optics. Order 1 to 3 is what fits in the literature.
     """
 
     name = "static_bias"
     amplitudes = (
-        Parameter("offset", 0.0, "unit", -1e3, 1e3, source="§8", meaning="bias at 20 °C"),
-        Parameter("slope", 0.0, "unit/K", -10.0, 10.0, source="§10.5: 0.5–5e-3 °/h/K (medium)", meaning="temperature coefficient"),
-        Parameter("curvature", 0.0, "unit/K^2", -1.0, 1.0, source="§10.5: 30 % of the slope's share", meaning="second order"),
-        Parameter("cubic", 0.0, "unit/K^3", -0.1, 0.1, source="§10.5: 10 % of the slope's share", meaning="third order"),
+        Parameter("offset", 0.0, "unit", -1e3, 1e3, source="engineering prior", meaning="bias at 20 °C"),
+        Parameter("slope", 0.0, "unit/K", -10.0, 10.0, source="prior: 0.5–5e-3 °/h/K (medium)", meaning="temperature coefficient"),
+        Parameter("curvature", 0.0, "unit/K^2", -1.0, 1.0, source="prior: 30 % of the slope's share", meaning="second order"),
+        Parameter("cubic", 0.0, "unit/K^3", -0.1, 0.1, source="prior: 10 % of the slope's share", meaning="third order"),
     )
     formula = "b0 + b1·θ + b2·θ² + b3·θ³,  θ = T − 20 °C"
     source = "IEEE Std 952 D_T; Sensors 15, 11189 (2015)"

@@ -6,21 +6,18 @@ from torch import Tensor
 
 from zoo.effects.base import Effect, History, Parameter, spread
 
-
 NOMINAL_V = 5.0
 
 
 class SupplyVoltage(Effect):
-    """Error p·(V − 5 V): loop gain, reset height and optical power follow the supply (physics.md §9.9: 0.001–0.02 °/h per per cent)."""
+    """Error p·(V − 5 V): loop gain, reset height and optical power follow the supply (0.001–0.02 °/h per per cent of the supply, an engineering prior)."""
 
     name = "supply_voltage"
     place = "housing"
     needs = ("supply_v",)
-    amplitudes = (
-        Parameter("sensitivity", 0.0, "unit/V", -100.0, 100.0, source="§9.9: 0.001–0.02 °/h/%, prior", meaning="per volt"),
-    )
+    amplitudes = (Parameter("sensitivity", 0.0, "unit/V", -100.0, 100.0, source="0.001–0.02 °/h/%, prior", meaning="per volt"),)
     formula = "p·(V − 5 V)"
-    source = "physics.md §9.9"
+    source = "engineering prior"
     signature = "follows the supply, whatever the temperature does"
     confused_with = ()
 

@@ -9,6 +9,7 @@ from zoo.effects.base import Effect, History, spread
 from zoo.effects.bounds import to_physical
 from zoo.measurements.run import Run
 from zoo.models.graybox import GrayBox
+from zoo.models.places import first_rates
 from zoo.scoring.noise import Whitener
 
 CHUNK_ELEMENTS = 6_000_000
@@ -98,3 +99,8 @@ def coarse_starts(design: Design, around: Tensor | None = None) -> Tensor:
     trials = theta.expand(len(grid), -1).clone()
     trials[:, : len(axes)] = grid
     return trials
+
+
+def starts_in_motion(run: Run) -> bool:
+    """Whether a record starts while its temperature moves already, so that the coil's first temperature is not the thermometer's."""
+    return bool((first_rates(run.time - run.time[0], run.select(list(run.thermometers))) != 0).any())

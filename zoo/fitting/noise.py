@@ -10,15 +10,15 @@ from zoo.measurements.run import Run
 from zoo.scoring.noise import NoiseModel, white_level
 
 FLICKER_SHARE = 0.25
-"""Flicker assumed, as bias instability over the white noise of one block: 0.002 °/h beside 0.008 °/h (100 s) in a medium gyro, physics.md §10.5."""
+"""Flicker assumed, as bias instability over the white noise of one block: 0.002 °/h beside 0.008 °/h (100 s) is typical of a medium gyro."""
 AGREEMENT = 0.25
 
 
 def noise_of(runs: list[Run]) -> NoiseModel:
     """White noise of one block mean from differences, and the flicker that goes with it.
 
-    Differences of the fine samples, scaled to a block, are ten times as many; they are believed where they agree with those of the blocks within 25 %,
-    which tells that the noise between the two scales is white.
+    Differences of the fine samples, scaled to a block, are ten times as many; they are believed where they agree with those of the blocks within 25
+    %, which tells that the noise between the two scales is white.
     """
     coarse = white_level([run.block_mean(run.error) for run in runs])
     fine = _fine_level(runs)

@@ -39,8 +39,8 @@ class Fit:
     def covariance(self, pieces: int = 24) -> Tensor:
         """(P+K, P+K) covariance of (θ, amplitudes) that allows for correlated residuals.
 
-        Scores are summed over consecutive pieces before they are squared (cluster-robust sandwich, Liang & Zeger 1986), so that a correlation shorter than
-        a piece widens the errors as it should; never smaller than the ordinary formula.
+        Scores are summed over consecutive pieces before they are squared (cluster-robust sandwich, Liang & Zeger 1986), so that a correlation shorter
+        than a piece widens the errors as it should; never smaller than the ordinary formula.
         """
         jacobian = torch.cat([self.tangent, self.columns], dim=1)
         norm = jacobian.norm(dim=0)
@@ -48,7 +48,9 @@ class Fit:
         inverse = torch.linalg.pinv(scaled.mT @ scaled, hermitian=True, rtol=1e-12)
         dof = max(len(self.residual) - jacobian.shape[1], 1)
         plain = inverse * max(self.cost / dof, 1.0)
-        scores = torch.stack([(part * rest.unsqueeze(1)).sum(0) for part, rest in zip(scaled.chunk(pieces), self.residual.chunk(pieces), strict=True)])
+        scores = torch.stack(
+            [(part * rest.unsqueeze(1)).sum(0) for part, rest in zip(scaled.chunk(pieces), self.residual.chunk(pieces), strict=True)]
+        )
         robust = inverse @ (scores.mT @ scores) @ inverse * (pieces / (pieces - 1))
         inflate = (robust.diagonal() / plain.diagonal().clamp_min(1e-300)).clamp_min(1.0).sqrt()
         norm = torch.where(norm > 0, norm, torch.nan)  # no influence, no error bar

@@ -1,0 +1,1 @@
+"""Tables to tensors: reading, checking, averaging, splitting, writing."""

@@ -8,6 +8,9 @@ from functools import cached_property
 import torch
 from torch import Tensor
 
+PIECES = 10
+"""Pieces that a run is cut into where some of it is held out."""
+
 
 @dataclass(frozen=True, eq=False)
 class Run:
@@ -20,8 +23,8 @@ class Run:
         name: the file's stem, unique among the runs read together.
         unit: suffix of the output's unit, such as ``"dph"``.
         average_s: block length [s].
-        columns: names of the columns of `table`, first ``time_s`` and ``temperature_c``, then other thermometers and inputs, last ``reference_<unit>``.
-        table: (T, C) the raw columns in the file's units, in time order, float64.
+        columns: names of the columns of `table`, first ``time_s`` and ``temperature_c``, then other thermometers and inputs, last
+        ``reference_<unit>``. table: (T, C) the raw columns in the file's units, in time order, float64.
         error: (T,) output − reference [unit].
         count: (T,) recorded rows behind each fine sample.
         block: (T,) int64, index of the block each sample belongs to, −1 for the samples of a block too thin to keep.
@@ -104,16 +107,25 @@ class Run:
     def block_share(self) -> Tensor:
         """(N,) recorded rows behind each block mean over those of the fullest block."""
         keep = self.block >= 0
-        rows = torch.zeros(self.blocks, dtype=self.table.dtype, device=self.table.device).index_add(0, self.block[keep], self.count[keep].to(self.table.dtype))
+        rows = torch.zeros(self.blocks, dtype=self.table.dtype, device=self.table.device).index_add(
+            0, self.block[keep], self.count[keep].to(self.table.dtype)
+        )
         return rows / rows.max()
 
     def split(self, share: float) -> tuple[Run, Run]:
-        """The run's first blocks, and its last ones with the whole past known to both.
+        """The run less some of ten equal pieces, and those pieces, spread evenly; the whole past is known to both.
 
         Args:
-            share: of the blocks that go into the second part, above 0 and below 1.
+            share: of the blocks that go into the second part, from 0.1 to 0.9.
         """
-        first = self.blocks - round(share * self.blocks)
-        early = torch.where(self.block < first, self.block, -1)
-        late = torch.where(self.block >= first, self.block - first, -1)
-        return replace(self, block=early), replace(self, name=f"{self.name} (held out)", block=late)
+        wanted = max(1, min(PIECES - 1, round(share * PIECES)))
+        held = torch.tensor([int((k + 0.5) / wanted * PIECES) for k in range(wanted)])
+        piece = (self.block.clamp_min(0) * PIECES).div(max(self.blocks, 1), rounding_mode="floor")
+        apart = torch.isin(piece, held.to(piece))
+        return self._only(~apart, self.name), self._only(apart, f"{self.name} (held out)")
+
+    def _only(self, keep: Tensor, name: str) -> Run:
+        """The blocks of some fine samples, numbered anew."""
+        kept = torch.unique(self.block[keep & (self.block >= 0)])
+        block = torch.where(keep & (self.block >= 0), torch.searchsorted(kept, self.block), -1)
+        return replace(self, name=name, block=block)

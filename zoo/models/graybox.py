@@ -9,10 +9,10 @@ from torch import Tensor, nn
 
 from zoo.effects.base import Effect, History, Parameter
 from zoo.effects.bounds import to_physical, to_unit
+from zoo.effects.sum import Sum
 from zoo.errors import InputError
 from zoo.models.base import Model
 from zoo.models.places import coil_parameters, histories
-
 
 UNSEEN = -1
 """Number of a run that was not fitted: what happened once in a fitted run does not happen in it."""
@@ -26,37 +26,37 @@ class GrayBox(Model):
 
     fitted_by = "variable_projection"
 
-    def __init__(self, effects: dict[str, Effect], inputs: list[str]) -> None:
+    def __init__(self, effects: dict[str, Effect], inputs: list[str], in_motion: bool = False) -> None:
         """Assemble.
 
         Args:
             effects: by name, in the order of the report.
             inputs: raw columns of `forward`; ``time_s`` and ``temperature_c`` first, ``reference_<unit>`` last.
+            in_motion: whether records start while the temperature moves, so that the coil's first temperature has to be fitted.
 
         Raises:
             InputError: an effect needs a column that is not there.
         """
         super().__init__()
         self.inputs = list(inputs)
+        self.in_motion = in_motion
         self.thermometers = [name for name in inputs if name.startswith("temperature_")]
-        self.effects = nn.ModuleDict(effects)
+        self.effects = Sum(effects)
         for name, effect in effects.items():
             missing = [column for column in effect.needs if column not in inputs]
             if missing:
                 raise InputError(f"effect '{name}' needs the column {', '.join(missing)}; the runs have {', '.join(inputs)}")
-        self.coil_parameters = coil_parameters(self.thermometers)
+        self.coil_parameters = coil_parameters(self.thermometers, in_motion)
         self.coil_value = nn.Parameter(torch.tensor([p.default for p in self.coil_parameters], dtype=torch.float64))
 
     def named_effects(self) -> Iterator[tuple[str, Effect]]:
         """The effects with their names, in order."""
-        for name, effect in self.effects.items():
-            assert isinstance(effect, Effect)
-            yield name, effect
+        return self.effects.named()
 
     def parameters_of_theta(self) -> tuple[tuple[str, Parameter], ...]:
         """Owner (``"coil"`` or an effect) and declaration of every entry of θ."""
         own = [("coil", p) for p in self.coil_parameters]
-        return (*own, *((name, p) for name, effect in self.named_effects() for p in effect.shape))
+        return (*own, *self.effects.shape)
 
     def theta(self) -> Tensor:
         """(P,) the present nonlinear parameters in 0…1."""
@@ -79,7 +79,7 @@ class GrayBox(Model):
         table = {name: x[:, i] for i, name in enumerate(self.inputs) if name.endswith(("_v", "_ut", "_pct", "_kpa"))}
         table["reference"] = x[:, -1]
         thermometers = torch.stack([x[:, self.inputs.index(name)] for name in self.thermometers], dim=-1)
-        return histories(x[:, 0], table, thermometers, coil_value, run)
+        return histories(x[:, 0], table, thermometers, coil_value, run, self.in_motion)
 
     def columns(self, x: Tensor, theta: Tensor, run: int = UNSEEN) -> Tensor:
         """Columns of all effects for a batch of θ.
@@ -93,20 +93,13 @@ class GrayBox(Model):
             (B, T, K).
         """
         physical = to_physical(theta, [p for _, p in self.parameters_of_theta()])
-        places = self.histories(x, physical[:, : len(self.coil_parameters)], run)
-        at, parts = len(self.coil_parameters), []
-        for _, effect in self.named_effects():
-            shape = physical[:, at : at + len(effect.shape)]
-            at += len(effect.shape)
-            part = effect.columns(places[effect.place], shape)
-            parts.append(part.expand(theta.shape[0], *part.shape[-2:]))
-        return torch.cat(parts, dim=-1)
+        coil, shape = physical.split([len(self.coil_parameters), physical.shape[1] - len(self.coil_parameters)], dim=1)
+        return self.effects.columns(self.histories(x, coil, run), shape)
 
     def shares(self, x: Tensor, run: int = UNSEEN) -> dict[str, Tensor]:
         """(T,) error of each effect [output's unit] by name."""
-        places = self.histories(x, self.coil_value, run)
-        return {name: effect(places[effect.place]) for name, effect in self.named_effects()}
+        return self.effects.shares(self.histories(x, self.coil_value, run))
 
     def forward(self, x: Tensor) -> Tensor:
         """Predict the error, see `Model.forward`."""
-        return torch.stack(list(self.shares(x).values())).sum(0)
+        return self.effects(self.histories(x, self.coil_value))

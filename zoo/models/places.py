@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import torch
 from torch import Tensor
 
@@ -9,57 +11,84 @@ from zoo.effects.base import History, Parameter
 from zoo.physics.lag import lagged
 
 SECONDS_PER_MINUTE = 60.0
-LAG = Parameter("lag", 300.0, "s", 5.0, 7200.0, "log", "§3: coil 0.5–5 min, package 10–40 min", "time constant of the coil behind what heats it")
-LEAD = Parameter("lead", 60.0, "s", 0.0, 3600.0, "linear", "§5: a thermometer may lag the coil by its structure", "time by which the coil leads the thermometer")
+LAG = Parameter("lag", 300.0, "s", 5.0, 7200.0, "log", "prior: coil 0.5–5 min, package 10–40 min", "time constant of the coil behind what heats it")
+LEAD = Parameter(
+    "lead", 60.0, "s", 0.0, 3600.0, "linear", "prior: a thermometer may lag the coil by its structure", "time by which the coil leads the thermometer"
+)
 WEIGHT = Parameter("weight", 0.5, "1", 0.0, 1.0, "linear", "a coil between two thermometers", "share of this thermometer in what heats the coil")
 
 
-def coil_parameters(thermometers: list[str]) -> tuple[Parameter, ...]:
+START = Parameter("start", 0.0, "1", -0.5, 1.5, "linear", "0 soaked, 1 a ramp long under way", "how far the first rate had gone on before the record")
+STILL_K_PER_MIN = 0.3
+FIRST_S = 60.0
+
+
+def first_rates(time: Tensor, thermometers: Tensor) -> Tensor:
+    """(M,) rate of each thermometer over the run's first minute [K/s]; zero where the run starts at rest (below 0.3 K/min).
+
+    Args:
+        time: (T,) from 0 [s].
+        thermometers: (T, M) [°C].
+    """
+    early = max(2, int((time <= FIRST_S).sum()))
+    clock, values = time[:early] - time[:early].mean(), thermometers[:early]
+    slopes = (clock.unsqueeze(1) * (values - values.mean(dim=0))).sum(dim=0) / clock.square().sum().clamp_min(1e-12)
+    return torch.where(slopes.abs() * SECONDS_PER_MINUTE > STILL_K_PER_MIN, slopes, 0.0)
+
+
+def coil_parameters(thermometers: list[str], in_motion: bool = False) -> tuple[Parameter, ...]:
     """What has to be fitted to know the coil's temperature.
 
     One thermometer: a two-pole lag and a lead. Several: a lag behind a weighted mean of them.
 
     Args:
         thermometers: columns, the main one first.
+        in_motion: whether records start while the temperature moves, so that the coil's first temperature has to be fitted.
     """
+    first = (START,) if in_motion else ()
     if len(thermometers) == 1:
-        return LAG, LEAD
-    extra = [Parameter(f"weight_{name.removeprefix('temperature_').removesuffix('_c')}", 0.5, "1", 0.0, 1.0, "linear", WEIGHT.source, WEIGHT.meaning)
-             for name in thermometers[1:]]
-    return (LAG, *extra)
+        return LAG, LEAD, *first
+    extra = [replace(WEIGHT, name=f"weight_{name.removeprefix('temperature_').removesuffix('_c')}") for name in thermometers[1:]]
+    return (LAG, *extra, *first)
 
 
-def coil(time: Tensor, thermometers: Tensor, theta: Tensor) -> tuple[Tensor, Tensor, Tensor]:
+def coil(time: Tensor, thermometers: Tensor, theta: Tensor, in_motion: bool = False) -> tuple[Tensor, Tensor, Tensor]:
     """Temperature of the coil, its rate, and the difference that drives heat into it.
 
     Several thermometers u_j:  u = u_0 + Σ w_j (u_j − u_0),  x = lag_τ(u),  dx/dt = (u − x)/τ.
     One thermometer:  v = lag_τ(lag_τ(u)),  x = v + λ·dv/dt, rates from the differences between the stages: no sample is ever differenced,
     so a quantisation step is never amplified by more than λ/τ².
+    A record that starts in motion:  each lag starts at u − κτ·du/dt instead of u.
 
     Args:
-        time: (T,) [s].
+        time: (T,) from 0 [s].
         thermometers: (T, M) [°C].
         theta: (..., P) physical values of `coil_parameters`.
+        in_motion: as given to `coil_parameters`.
 
     Returns:
         temperature (..., T) [°C], rate (..., T) [K/min], gradient (..., T) [K].
     """
     main, lag = thermometers[:, 0], theta[..., 0]
+    before = first_rates(time, thermometers) * theta[..., -1:] if in_motion else torch.zeros_like(thermometers[0])
     if thermometers.shape[1] > 1:
-        drive = main + theta[..., 1:] @ (thermometers[:, 1:] - main.unsqueeze(1)).mT
-        temperature = lagged(time, drive, lag)
+        weights = theta[..., 1 : thermometers.shape[1]]
+        drive = main + weights @ (thermometers[:, 1:] - main.unsqueeze(1)).mT
+        slope = before[..., 0] + (weights * (before[..., 1:] - before[..., :1])).sum(dim=-1)
+        temperature = lagged(time, drive, lag, drive[..., 0] - lag * slope)
         gradient = drive - temperature
         return temperature, gradient / lag.unsqueeze(-1) * SECONDS_PER_MINUTE, gradient
     tau, lead = lag.unsqueeze(-1), theta[..., 1:2]
-    first = lagged(time, main, lag)
-    second = lagged(time, first, lag)
+    delay = lag * before[..., 0]
+    first = lagged(time, main, lag, main[0] - delay)
+    second = lagged(time, first, lag, main[0] - 2 * delay)
     slope = (first - second) / tau
     bend = ((main - first) / tau - slope) / tau
     temperature = second + lead * slope
     return temperature, (slope + lead * bend) * SECONDS_PER_MINUTE, main - temperature
 
 
-def histories(time: Tensor, table: dict[str, Tensor], thermometers: Tensor, theta: Tensor, run: int) -> dict[str, History]:
+def histories(time: Tensor, table: dict[str, Tensor], thermometers: Tensor, theta: Tensor, run: int, in_motion: bool = False) -> dict[str, History]:
     """The history at each place.
 
     The housing's temperature is that of the last thermometer named, which should be the one nearest to the chamber's air.
@@ -70,9 +99,10 @@ def histories(time: Tensor, table: dict[str, Tensor], thermometers: Tensor, thet
         thermometers: (T, M) [°C].
         theta: (..., P) the coil's parameters.
         run: number of the run, from 1.
+        in_motion: as given to `coil_parameters`.
     """
     clock = time - time[0]
-    temperature, rate, gradient = coil(clock, thermometers, theta)
+    temperature, rate, gradient = coil(clock, thermometers, theta, in_motion)
     rest = {name: value for name, value in table.items() if name != "reference"}
     here = History(clock, temperature, rate, gradient, thermometers[:, 0], table["reference"], rest, run)
     outer = thermometers[:, -1]

@@ -1,0 +1,1 @@
+"""Heat and time: lags, recurrences, heat networks. SI and float64, differentiable."""

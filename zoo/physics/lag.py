@@ -36,7 +36,8 @@ def lagged(time: Tensor, drive: Tensor, tau: Tensor, start: Tensor | None = None
 def lagged_rate(time: Tensor, drive: Tensor, tau: Tensor) -> Tensor:
     """Rate dx/dt = (u − x)/τ of a drive seen through a lag: a differentiator that cannot amplify a step of the drive by more than 1/τ.
 
-    A thermometer's quantisation step Δ appears as a jump of Δ/τ that decays within τ, whatever the sampling rate. The estimate is causal and late by τ.
+    A thermometer's quantisation step Δ appears as a jump of Δ/τ that decays within τ, whatever the sampling rate. The estimate is causal and late by
+    τ.
 
     Args:
         time: (T,) [s].

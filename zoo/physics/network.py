@@ -16,7 +16,7 @@ SERIES_BELOW = 1e-2
 class Network:
     """Heat capacities joined by thermal conductances, C·dT/dt = −G·T + g·u(t) + P, batched over devices.
 
-    G = diag(Σ_j K_ij + g_i) − K. Textbook lumped conduction (Incropera, ch. 5; physics.md §3).
+    G = diag(Σ_j K_ij + g_i) − K. Textbook lumped conduction (Incropera, ch. 5).
 
     Attributes:
         capacity: (..., N) C, positive [J/K].

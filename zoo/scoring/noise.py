@@ -76,7 +76,9 @@ class Whitener:
             for piece, weight in zip(time.split(WHITENED_AT_ONCE), share.split(WHITENED_AT_ONCE), strict=True):
                 factor = torch.linalg.cholesky(noise.covariance(piece, weight))
                 self.log_determinant += 2.0 * float(factor.diagonal().log().sum())
-                self.factors.append(torch.linalg.solve_triangular(factor, torch.eye(len(piece), dtype=factor.dtype, device=factor.device), upper=False))
+                self.factors.append(
+                    torch.linalg.solve_triangular(factor, torch.eye(len(piece), dtype=factor.dtype, device=factor.device), upper=False)
+                )
         self.sizes = [factor.shape[0] for factor in self.factors]
 
     def __call__(self, columns: Tensor) -> Tensor:

@@ -15,7 +15,7 @@ from zoo.errors import InputError, nearest
 from zoo.simulator.device import Device
 from zoo.simulator.streams import Span, sign, stream, uniform
 
-# Leading amplitude, and how large the others may be relative to it. Shares of physics.md §10.5 at 60 K from the reference; fringes of any phase.
+# Leading amplitude, and how large the others may be relative to it. Engineering priors at 60 K from the reference; fringes of any phase.
 RATIOS: dict[str, tuple[str, dict[str, float]]] = {
     "static_bias": ("slope", {"offset": 10.0, "curvature": 0.3 / 60, "cubic": 0.1 / 60**2}),
     "sensor_lag": ("slope", {"curvature": 0.3 / 60}),
@@ -23,7 +23,7 @@ RATIOS: dict[str, tuple[str, dict[str, float]]] = {
     "polarization": ("cosine", {"sine": 1.0, "cosine_2": 0.3, "sine_2": 0.3}),
     "magnetic": ("sensitivity", {"slope": 0.0015}),
 }
-# Shapes that show within hours and within the tens of kelvins of a program; physics.md gives wider bounds.
+# Shapes that show within hours and within the tens of kelvins of a program; the effects' own bounds are wider.
 VISIBLE = {
     ("polarization", "period"): Span(5.0, 40.0, "K"),
     ("warm_up", "time"): Span(600.0, 3600.0, "s"),

@@ -15,7 +15,7 @@ from zoo.simulator.streams import Span
 class GyroClass:
     """What gyros of one class have in common: the spread of what differs from one to the next.
 
-    Numbers: physics.md §3 (heat), §5 (thermometers), §10.5 (noise, effects); masses and contacts are engineering priors.
+    Spreads of noise, heat paths, thermometers and effects are engineering priors from published gyros; masses and contacts likewise.
 
     Attributes:
         name: the class.

@@ -51,7 +51,7 @@ class Heat:
 
 
 def network(device: Device) -> Network:
-    """The gyro's heat network; physics.md §3.
+    """The gyro's heat network
 
     The winding is cut into layers of equal thickness. A layer touches its neighbours through k·A/Δr, and through its two ends the flanges of the
     spool: a slab of height h heated from both faces has, for its mean temperature, the resistance h/(12·k·A), plus that of the contact.
@@ -95,7 +95,7 @@ def weights(bend: float) -> Tensor:
     """(LAYERS,) share of each layer in Shupe's effect, from outside to inside.
 
     ∫(L − 2s) ds = 0 makes them odd about the winding's middle, so that a uniform rate gives nothing. Scaled so that a rate that falls linearly
-    from the outer to the inner face, by 1 K/min, gives 1 (C_w of physics.md §2.3).
+    from the outer to the inner face, by 1 K/min, gives 1 (C_w, the winding's weight).
 
     Args:
         bend: how much more than linearly they grow towards the faces; −1 … 2 is sensible.

@@ -1,7 +1,7 @@
 """What a gyro's output does by itself: angle random walk, flicker, rate random walk, quantisation of the angle.
 
 Every number of the output is a mean over one sampling step. Coefficients as in IEEE Std 952 annex C; Allan variances at averaging time τ:
-N²/τ, (2 ln2/π)·B², K²·τ/3, 3Q²/τ² (physics.md §9.3).
+N²/τ, (2 ln2/π)·B², K²·τ/3, 3Q²/τ².
 """
 
 from __future__ import annotations

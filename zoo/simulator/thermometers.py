@@ -20,7 +20,7 @@ def quantised(value: Tensor, step: float) -> Tensor:
 
 
 def reading(time: Tensor, place: Tensor, sensor: tuple[float, float], noise: Noise, generator: torch.Generator) -> Tensor:
-    """What a thermometer shows (physics.md §5).
+    """What a thermometer shows.
 
     Args:
         time: (T,) [s].

@@ -1,0 +1,172 @@
+"""The grey box: a sum whose parts, vectors and files agree with one another."""
+
+from __future__ import annotations
+
+import pytest
+import torch
+from omegaconf import OmegaConf
+from torch import Generator, Tensor
+
+from zoo.catalog import build, load, load_model, names, save_model
+from zoo.effects.bounds import to_physical
+from zoo.errors import InputError
+from zoo.measurements.run import Run
+from zoo.models.graybox import UNSEEN, GrayBox
+from zoo.physics.lag import lagged
+from zoo.training.variable_projection import VariableProjection
+
+TWO = ["time_s", "temperature_c", "temperature_outer_c", "supply_v", "field_ut", "humidity_pct", "pressure_kpa", "reference_dph"]
+ONE = [name for name in TWO if name != "temperature_outer_c"]
+STEP_S, BLOCK = 20.0, 5
+
+
+def graybox(effects: list[str], inputs: list[str] = TWO) -> GrayBox:
+    return GrayBox({name: build("effects", name) for name in effects}, inputs)
+
+
+def config(effects: list[str], inputs: list[str] = TWO) -> dict[str, object]:
+    plain = {name: OmegaConf.to_container(load("effects", name))[name] for name in effects}
+    return {"_target_": "zoo.models.graybox.GrayBox", "effects": plain, "inputs": inputs}
+
+
+def drawn(model: GrayBox, seed: int = 1) -> tuple[Tensor, Tensor]:
+    """θ between the bounds and amplitudes."""
+    chance = Generator().manual_seed(seed)
+    theta = 0.1 + 0.8 * torch.rand(len(model.parameters_of_theta()), generator=chance, dtype=torch.float64)
+    width = sum(len(effect.amplitudes) for _, effect in model.named_effects())
+    return theta, torch.randn(width, generator=chance, dtype=torch.float64)
+
+
+@pytest.fixture(params=[TWO, ONE], ids=["two thermometers", "one"])
+def full(request) -> GrayBox:
+    """Everything in the catalogue, with parameters drawn."""
+    model = graybox(names("effects"), request.param)
+    model.assign(*drawn(model))
+    return model
+
+
+def test_assigned_is_what_theta_gives_back(full) -> None:
+    theta, amplitudes = drawn(full, seed=2)
+    full.assign(theta, amplitudes)
+    torch.testing.assert_close(full.theta(), theta, rtol=0, atol=1e-12)
+    torch.testing.assert_close(torch.cat([effect.amplitude for _, effect in full.named_effects()]).detach(), amplitudes, rtol=0, atol=0)
+    physical = to_physical(theta, [p for _, p in full.parameters_of_theta()])
+    owners = [owner for owner, _ in full.parameters_of_theta()]
+    for name, effect in full.named_effects():
+        own = torch.tensor([owner == name for owner in owners])
+        torch.testing.assert_close(effect.shape_value.detach(), physical[own], rtol=1e-12, atol=0)
+    torch.testing.assert_close(full.coil_value.detach(), physical[: len(full.coil_parameters)], rtol=1e-12, atol=0)
+
+
+def test_the_shares_sum_to_the_prediction(full, raw) -> None:
+    x = raw(full.inputs)
+    shares = full.shares(x)
+    assert list(shares) == names("effects")
+    torch.testing.assert_close(sum(shares.values()), full(x), rtol=1e-12, atol=1e-12)
+    assert full(x).shape == (len(x),)
+    assert bool(torch.isfinite(full(x)).all())
+
+
+def test_columns_times_amplitudes_are_the_prediction(full, raw) -> None:
+    """The way that fits take and the way that predictions take are one."""
+    x, (theta, amplitudes) = raw(full.inputs), drawn(full)
+    columns = full.columns(x, theta.unsqueeze(0))
+    assert columns.shape == (1, len(x), len(amplitudes))
+    torch.testing.assert_close(columns[0] @ amplitudes, full(x).detach(), rtol=1e-9, atol=1e-9 * float(full(x).abs().max()))
+
+
+def test_a_batch_of_theta_is_each_by_itself(full, raw) -> None:
+    x = raw(full.inputs, samples=150)
+    batch = torch.stack([drawn(full, seed)[0] for seed in (3, 4, 5)])
+    for alone, theta in zip(full.columns(x, batch), batch, strict=True):
+        torch.testing.assert_close(alone, full.columns(x, theta.unsqueeze(0))[0], rtol=1e-9, atol=1e-9)
+
+
+def test_an_effects_share_does_not_depend_on_the_others(raw) -> None:
+    alone, both = graybox(["mohr"]), graybox(["static_bias", "mohr"])
+    for model in (alone, both):
+        model.effects["mohr"].amplitude.data += 0.2
+    torch.testing.assert_close(alone(raw(TWO)), both(raw(TWO)))
+    assert float(both.shares(raw(TWO))["static_bias"].abs().max()) == 0
+
+
+def test_what_happened_in_one_run_is_not_predicted_for_another(raw) -> None:
+    model, x = graybox(["bias_step"]), raw(TWO)
+    step = model.effects["bias_step"]
+    step.amplitude.data += 1.0
+    step.shape_value.data = torch.tensor([0.5, 2.0], dtype=torch.float64)
+    assert float(model(x).abs().max()) == 0
+    assert float(model.shares(x, run=2)["bias_step"][-1]) == 1
+    assert float(model.shares(x, run=UNSEEN)["bias_step"].abs().max()) == 0
+    step.shape_value.data[1] = 0.0
+    assert float(model(x)[-1]) == 1, "at that time in every run: in this one too"
+
+
+@pytest.mark.parametrize(("effect", "lacks"), [("magnetic", "field_ut"), ("supply_voltage", "supply_v")])
+def test_a_missing_column_is_named_with_what_is_there(effect, lacks) -> None:
+    with pytest.raises(InputError, match=rf"'{effect}' needs the column {lacks}; the runs have time_s, temperature_c") as caught:
+        graybox(["static_bias", effect], [name for name in TWO if name != lacks])
+    assert len(str(caught.value).splitlines()) <= 2
+
+
+def test_the_order_of_the_columns_is_the_models_own(raw) -> None:
+    effects = ["static_bias", "mohr", "magnetic", "supply_voltage"]
+    shuffled = ["time_s", "temperature_c", "field_ut", "temperature_outer_c", "pressure_kpa", "supply_v", "humidity_pct", "reference_dph"]
+    first, second = graybox(effects), graybox(effects, shuffled)
+    for model in (first, second):
+        model.assign(*drawn(first))
+    x = raw(TWO)
+    torch.testing.assert_close(second(x[:, [TWO.index(name) for name in shuffled]]), first(x))
+
+
+def test_saved_and_loaded_predicts_the_same(full, raw, tmp_path) -> None:
+    save_model(tmp_path, config(names("effects"), full.inputs), full)
+    loaded, x = load_model(tmp_path), raw(full.inputs)
+    assert isinstance(loaded, GrayBox)
+    assert not loaded.training
+    assert torch.equal(loaded(x), full(x))
+    torch.testing.assert_close(loaded.theta(), full.theta(), rtol=0, atol=0)
+
+
+def test_loading_from_nowhere_is_refused(tmp_path) -> None:
+    with pytest.raises(InputError, match="no saved model"):
+        load_model(tmp_path)
+
+
+def recorded(x: Tensor, error: Tensor, inputs: list[str]) -> Run:
+    count, block = torch.ones(len(x), dtype=torch.int64), torch.arange(len(x)) // BLOCK
+    return Run("run_1", "dph", STEP_S * BLOCK, tuple(inputs), x, error, count, block)
+
+
+@pytest.mark.parametrize(("lag", "weight"), [(150.0, 0.15), (400.0, 0.5), (1500.0, 0.85)])
+def test_a_planted_lag_and_weight_are_found(lag, weight) -> None:
+    """From a static bias at the coil's temperature and noise a twentieth of the drift."""
+    inputs = ["time_s", "temperature_c", "temperature_outer_c", "reference_dph"]
+    time = torch.arange(0, 40000, STEP_S, dtype=torch.float64)
+    outer = 20 + 0.01 * ((time - 2000).clamp(0, 4000) - (time - 12000).clamp(0, 6000) + (time - 26000).clamp(0, 5000))
+    spool = lagged(time, outer, torch.tensor(700.0, dtype=torch.float64))
+    truth = lagged(time, spool + weight * (outer - spool), torch.tensor(lag, dtype=torch.float64))
+    noise = 0.005 * torch.randn(len(time), generator=Generator().manual_seed(1), dtype=torch.float64)
+    run = recorded(torch.stack([time, spool, outer, 0 * time], -1), 0.01 * (truth - 20) + 0.1 + noise, inputs)
+    model = graybox(["static_bias"], inputs)
+    VariableProjection().fit(model, [run], Generator())
+    assert float(model.coil_value[0]) == pytest.approx(lag, rel=0.05, abs=15)
+    assert float(model.coil_value[1]) == pytest.approx(weight, abs=0.03)
+    found = model.histories(run.table, model.coil_value)["coil"].temperature
+    assert float((found - truth).abs().max()) < 0.1, "kelvin"
+
+
+def test_one_thermometer_and_a_coil_ahead_of_it_are_found() -> None:
+    """The thermometer lags the coil by 200 s; two poles and a lead undo it."""
+    inputs = ["time_s", "temperature_c", "reference_dph"]
+    time = torch.arange(0, 40000, STEP_S, dtype=torch.float64)
+    truth = 20 + 15 * torch.sin(time / 2500) + 5 * torch.sin(time / 900)
+    thermometer = lagged(time, truth, torch.tensor(200.0, dtype=torch.float64))
+    noise = 0.002 * torch.randn(len(time), generator=Generator().manual_seed(1), dtype=torch.float64)
+    run = recorded(torch.stack([time, thermometer, 0 * time], -1), 0.01 * (truth - 20) + noise, inputs)
+    model = graybox(["static_bias"], inputs)
+    VariableProjection().fit(model, [run], Generator())
+    found = model.histories(run.table, model.coil_value)["coil"].temperature
+    settled = time > 2000
+    left, before = ((one - truth)[settled].square().mean().sqrt() for one in (found, thermometer))
+    assert float(left) < 0.05 * float(before)

@@ -1,0 +1,157 @@
+"""The coil's temperature from the thermometers: limits, planted lags, steps of the resolution."""
+
+from __future__ import annotations
+
+import pytest
+import torch
+from torch import Tensor
+
+from zoo.models.places import LAG, LEAD, coil, coil_parameters, histories
+from zoo.physics.lag import lagged
+
+HALF_DEGREE_PER_MINUTE = 0.5 / 60
+
+
+def values(*numbers: float) -> Tensor:
+    return torch.tensor(numbers, dtype=torch.float64)
+
+
+@pytest.fixture
+def time() -> Tensor:
+    return torch.arange(0, 30000, 10.0, dtype=torch.float64)
+
+
+@pytest.fixture
+def ramp(time) -> Tensor:
+    """(T,) 20 °C, up by 0.5 K/min for two hours, held, down again."""
+    return 20 + HALF_DEGREE_PER_MINUTE * ((time - 3000).clamp(0, 7200) - (time - 18000).clamp(0, 7200))
+
+
+@pytest.fixture
+def two(time, ramp) -> Tensor:
+    """(T, 2) a thermometer at the spool and one at the case, which leads it and is a little off."""
+    return torch.stack([lagged(time, ramp, values(600.0)[0]), ramp + 0.3 * torch.sin(time / 500)], -1)
+
+
+def test_what_is_fitted_depends_on_the_thermometers() -> None:
+    assert coil_parameters(["temperature_c"]) == (LAG, LEAD)
+    several = coil_parameters(["temperature_c", "temperature_outer_c", "temperature_flange_c"])
+    assert [one.name for one in several] == ["lag", "weight_outer", "weight_flange"]
+    assert all((one.low, one.high) == (0.0, 1.0) for one in several[1:])
+
+
+@pytest.mark.parametrize("weight", [0, 1])
+def test_a_weight_of_one_or_none_picks_the_thermometer(time, two, weight) -> None:
+    temperature, rate, gradient = coil(time, two, values(400.0, weight))
+    expected = lagged(time, two[:, weight], values(400.0)[0])
+    torch.testing.assert_close(temperature, expected, rtol=0, atol=1e-12)
+    torch.testing.assert_close(gradient, two[:, weight] - expected, rtol=0, atol=1e-12)
+    torch.testing.assert_close(rate, (two[:, weight] - expected) / 400 * 60, rtol=0, atol=1e-12)
+
+
+def test_a_weight_between_is_a_mean_of_the_two(time, two) -> None:
+    ends = [coil(time, two, values(400.0, weight)) for weight in (0.0, 1.0)]
+    for found, first, second in zip(coil(time, two, values(400.0, 0.3)), *ends, strict=True):
+        torch.testing.assert_close(found, 0.7 * first + 0.3 * second, rtol=0, atol=1e-11)
+
+
+def test_a_third_thermometer_has_its_own_weight(time, two) -> None:
+    three = torch.cat([two, 15 + 0 * time.unsqueeze(-1)], -1)
+    drive = 0.3 * two[:, 0] + 0.5 * two[:, 1] + 0.2 * 15
+    torch.testing.assert_close(coil(time, three, values(400.0, 0.5, 0.2))[0], lagged(time, drive, values(400.0)[0]), rtol=0, atol=1e-10)
+
+
+def test_without_a_lag_the_coil_is_the_thermometer(time, two, ramp) -> None:
+    for thermometers, theta in ((two, values(1e-3, 0.0)), (two[:, :1], values(1e-3, 0.0))):
+        temperature, rate, gradient = coil(time, thermometers, theta)
+        torch.testing.assert_close(temperature, two[:, 0], rtol=0, atol=1e-4)
+        assert float(gradient.abs().max()) < 1e-4
+        slope = torch.gradient(two[:, 0], spacing=(time / 60,))[0]
+        assert float((rate - slope)[2:].abs().median()) < 1e-4
+
+
+@pytest.mark.parametrize("theta", [(400.0, 0.3), (300.0, 700.0)])
+def test_the_rate_is_the_derivative_of_the_temperature(time, two, theta) -> None:
+    thermometers = two if theta[1] <= 1 else two[:, :1]
+    temperature, rate, _ = coil(time, thermometers, values(*theta))
+    slope = torch.gradient(temperature, spacing=(time / 60,))[0]
+    assert float((rate - slope)[2:-2].abs().max()) < 0.02 * float(rate.abs().max())
+    assert float((rate - slope)[2:-2].square().mean().sqrt()) < 2e-3 * float(rate.abs().max())
+
+
+@pytest.mark.parametrize(("tau", "lag"), [(120.0, 60.0), (400.0, 100.0)])
+def test_lead_and_lag_invert_a_thermometers_lag(time, tau, lag) -> None:
+    """λ = τ_s + 2τ: exact in a steady ramp, and for slow changes to second order in ωτ."""
+    truth = 20 + 15 * torch.sin(time / 3000)
+    thermometer = lagged(time, truth, values(tau)[0]).unsqueeze(-1)
+    found, rate, _ = coil(time, thermometer, values(lag, tau + 2 * lag))
+    settled = time > 6000
+    left, uncorrected = ((one - truth)[settled].abs().max() for one in (found, thermometer[:, 0]))
+    second_order = 15 * (lag**2 + 2 * lag * tau) / 3000**2
+    assert float(left) < 1.2 * second_order
+    assert float(left) < 0.15 * float(uncorrected)
+    assert float((rate - 15 / 3000 * 60 * torch.cos(time / 3000))[settled].abs().max()) < 0.1 * 15 / 3000 * 60
+    line = 20 + 0.01 * time
+    found = coil(time, lagged(time, line, values(tau)[0]).unsqueeze(-1), values(lag, tau + 2 * lag))[0]
+    torch.testing.assert_close(found[settled], line[settled], rtol=0, atol=1e-4)
+
+
+@pytest.mark.parametrize("theta", [(60.0, 60.0), (60.0, 300.0), (300.0, 600.0), (300.0, 3600.0), (5.0, 10.0)])
+def test_a_step_of_the_resolution_is_amplified_by_no_more_than_stated(theta) -> None:
+    """One thermometer: λ/τ² for λ ≥ τ, whatever the sampling."""
+    lag, lead = theta
+    for step_s in (0.05 * lag, 0.5 * lag):
+        time = torch.arange(0, 30 * lag, step_s, dtype=torch.float64)
+        stairs = torch.where(time >= 5 * lag, 0.0625, 0.0).double().unsqueeze(-1)
+        rate = coil(time, stairs, values(lag, lead))[1] / 60
+        assert float(rate.abs().max()) <= 0.0625 * lead / lag**2 * (1 + 1e-9)
+        if step_s < 0.1 * lag:
+            assert float(rate.abs().max()) > 0.9 * 0.0625 * lead / lag**2, "and the bound is reached"
+
+
+@pytest.mark.parametrize("lead", [0.0, 30.0, 100.0])
+def test_with_a_short_lead_the_lag_alone_bounds_it(lead) -> None:
+    time = torch.arange(0, 6000, 5.0, dtype=torch.float64)
+    stairs = torch.where(time >= 1000, 0.0625, 0.0).double().unsqueeze(-1)
+    assert float(coil(time, stairs, values(200.0, lead))[1].abs().max()) <= 0.0625 / 200 * 60
+
+
+def test_with_two_thermometers_a_step_jumps_by_its_share_over_the_lag() -> None:
+    time = torch.arange(0, 6000, 5.0, dtype=torch.float64)
+    stairs = torch.where(time >= 1000, 0.0625, 0.0).double()
+    rate = coil(time, torch.stack([0 * time, stairs], -1), values(200.0, 0.25))[1]
+    assert float(rate.abs().max()) == pytest.approx(0.25 * 0.0625 / 200 * 60, rel=0.03)
+
+
+def test_a_batch_is_each_by_itself(time, two) -> None:
+    theta = torch.stack([values(100.0, 0.2), values(400.0, 0.9)])
+    batch = coil(time, two, theta)
+    for i in range(2):
+        for found, alone in zip(batch, coil(time, two, theta[i]), strict=True):
+            torch.testing.assert_close(found[i], alone, rtol=1e-12, atol=1e-12)
+
+
+def test_gradients_to_lag_weight_and_lead_are_those_of_finite_differences() -> None:
+    time = torch.arange(0, 600, 30.0, dtype=torch.float64)
+    two = torch.stack([20 + torch.sin(time / 100), 21 + torch.cos(time / 90)], -1)
+    for thermometers, theta in ((two, (100.0, 0.3)), (two[:, :1], (100.0, 150.0))):
+        assert torch.autograd.gradcheck(lambda t, u=thermometers: coil(time, u, t), (values(*theta).requires_grad_(),))
+
+
+def test_places_count_time_from_the_first_sample_and_carry_what_was_recorded(time, two) -> None:
+    table = {"reference": torch.full_like(time, 9.66), "field_ut": torch.sin(time)}
+    here = histories(time + 12345.0, table, two, values(400.0, 0.3), run=7)
+    for place, history in here.items():
+        assert torch.equal(history.time, time), place
+        assert torch.equal(history.thermometer, two[:, 0])
+        assert torch.equal(history.inputs["field_ut"], table["field_ut"])
+        assert list(history.inputs) == ["field_ut"]
+        assert torch.equal(history.reference, table["reference"])
+        assert history.run == 7
+    assert torch.equal(here["housing"].temperature, two[:, -1]), "the housing is where the last thermometer is"
+
+
+def test_the_housings_rate_is_in_kelvins_a_minute(time) -> None:
+    line = (20 + 0.01 * time).unsqueeze(-1)
+    rate = histories(time, {"reference": 0 * time}, line, values(60.0, 60.0), 1)["housing"].rate
+    assert float(rate[-1]) == pytest.approx(0.6, rel=1e-6)
