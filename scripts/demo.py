@@ -51,8 +51,8 @@ def judgement(hidden: str, truth: dict[str, Any], diagnosis: dict[str, Any]) -> 
         return f"Not told apart: the diagnosis named {', '.join(named)} and said that these runs cannot tell it from {hidden}."
     if named:
         return f"Wrong: it is {hidden}, and the diagnosis named {', '.join(named)}."
-    called = "complete" if diagnosis["verdict"] == "complete" else "incomplete without naming an effect"
-    return f"Missed: the diagnosis called the model {called}. The effect is {strength:.1f} x the noise floor, in part hidden behind the known effects."
+    called = "the model is complete" if diagnosis["verdict"] == "complete" else "something is missing, but not what"
+    return f"Missed: the diagnosis says that {called}. The effect has {strength:.1f} x the noise floor; in part the known effects take its place."
 
 
 def numbers(hidden: str, truth: dict[str, Any], diagnosis: dict[str, Any]) -> None:

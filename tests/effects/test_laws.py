@@ -167,15 +167,15 @@ def test_without_amplitude_there_is_no_effect(effect, seen) -> None:
 
 
 def test_finer_sampling_of_the_same_temperatures_changes_nothing(effect, seen) -> None:
-    """Lags are exact for straight lines; what is left is the rate's bend within a step of 20 s: 0.3 % of a column."""
+    """Lags are exact for straight lines; what is left is the rate's bend within a step of 20 s: 0.5 % of a column."""
     for shape in shapes(effect):
         coarse, fine = (effect.columns(seen(effect, step_s=step), shape) for step in (20.0, 10.0))
         off = (fine[::2] - coarse).abs()
         if effect.name in STEEP:
             assert int((off > 1e-9).sum()) <= 1
             continue
-        assert bool((off.amax(0) <= 3e-3 * coarse.abs().amax(0)).all())
-        assert bool((off.square().mean(0).sqrt() <= 3e-3 * coarse.square().mean(0).sqrt()).all())
+        assert bool((off.amax(0) <= 5e-3 * coarse.abs().amax(0)).all())
+        assert bool((off.square().mean(0).sqrt() <= 5e-3 * coarse.square().mean(0).sqrt()).all())
 
 
 def test_the_clock_may_start_anywhere(effect, seen) -> None:

@@ -6,7 +6,7 @@ import pytest
 import torch
 from torch import Tensor
 
-from zoo.models.places import LAG, LEAD, coil, coil_parameters, histories
+from zoo.models.places import LAG, LEAD, START, coil, coil_parameters, first_rates, histories
 from zoo.physics.lag import lagged
 
 HALF_DEGREE_PER_MINUTE = 0.5 / 60
@@ -121,6 +121,30 @@ def test_with_two_thermometers_a_step_jumps_by_its_share_over_the_lag() -> None:
     stairs = torch.where(time >= 1000, 0.0625, 0.0).double()
     rate = coil(time, torch.stack([0 * time, stairs], -1), values(200.0, 0.25))[1]
     assert float(rate.abs().max()) == pytest.approx(0.25 * 0.0625 / 200 * 60, rel=0.03)
+
+
+@pytest.mark.parametrize("count", [1, 2])
+def test_a_record_that_starts_in_motion_has_a_coil_that_lags_from_the_first_sample(time, count) -> None:
+    """κ = 1: a ramp long under way, the coil τ behind what heats it (2τ − λ for one thermometer); κ = 0: soaked."""
+    line = 20 + HALF_DEGREE_PER_MINUTE * time
+    thermometers = torch.stack([line, line + 3], -1)[:, :count]
+    theta = (300.0, 100.0) if count == 1 else (300.0, 0.5)
+    behind = (2 * 300 - 100 if count == 1 else 300) * HALF_DEGREE_PER_MINUTE
+    expected = line + (0 if count == 1 else 1.5) - behind
+    temperature, rate, _ = coil(time, thermometers, values(*theta, 1.0), in_motion=True)
+    torch.testing.assert_close(temperature, expected, rtol=0, atol=1e-9)
+    torch.testing.assert_close(rate, torch.full_like(rate, 0.5), rtol=0, atol=1e-9)
+    soaked = coil(time, thermometers, values(*theta, 0.0), in_motion=True)
+    for found, at_rest in zip(soaked, coil(time, thermometers, values(*theta)), strict=True):
+        torch.testing.assert_close(found, at_rest, rtol=0, atol=1e-12)
+
+
+def test_only_a_record_that_moves_from_the_first_minute_starts_in_motion(time, ramp) -> None:
+    line = 20 + HALF_DEGREE_PER_MINUTE * time
+    rates = first_rates(time, torch.stack([ramp, line, 0.1 * line, -2 * line], -1))
+    torch.testing.assert_close(rates, values(0, HALF_DEGREE_PER_MINUTE, 0, -2 * HALF_DEGREE_PER_MINUTE))
+    assert [one.name for one in coil_parameters(["temperature_c"], in_motion=True)] == ["lag", "lead", "start"]
+    assert coil_parameters(["temperature_c", "temperature_outer_c"], in_motion=True)[-1] == START
 
 
 def test_a_batch_is_each_by_itself(time, two) -> None:

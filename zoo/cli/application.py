@@ -24,7 +24,7 @@ from omegaconf import DictConfig
 from omegaconf.errors import OmegaConfBaseException
 
 from zoo.artifacts import writable_folder
-from zoo.catalog import config_folder
+from zoo.catalog import config_folder, names
 from zoo.errors import InputError, WorkError, nearest
 
 Verb = Callable[[DictConfig, Path], Path]
@@ -108,9 +108,10 @@ def explain(error: BaseException) -> tuple[int, str]:
             return 2, f"error: {cause}"
         if isinstance(cause, WorkError):
             return 1, f"failed: {cause}"
-    if isinstance(error, MissingConfigException) and error.options is not None:
-        group, _, name = str(error.missing_cfg_file).rpartition("/")
-        return 2, f"error: unknown {group.removesuffix('s')} '{name}': {nearest(name, error.options)}"
+    unknown = re.search(r"Could not (?:find|load) '([^']+)/([^'/]+)'", str(error)) if isinstance(error, MissingConfigException) else None
+    if unknown:
+        group, name = unknown.groups()
+        return 2, f"error: unknown {group.removesuffix('s')} '{name}': {nearest(name, names(group))}"
     if isinstance(error, PermissionError | FileExistsError | NotADirectoryError):
         return 2, f"error: {error.filename}: cannot be written ({error.strerror}); choose another folder with hydra.run.dir=…"
     if isinstance(error, WRONG_SETTINGS):
@@ -129,6 +130,9 @@ def _chain(error: BaseException | None) -> list[BaseException]:
 
 def _first_lines(error: BaseException) -> str:
     lines = [line.strip() for line in str(error).splitlines() if line.strip()]
+    needed = re.search(r"Missing mandatory value: (\S+)", str(error))
+    if needed:
+        return f"{needed.group(1)} is not set and has no default: give {needed.group(1)}=…"
     key = re.search(r"Could not override '([^']+)'", str(error))
     if key:
         return f"unknown key '{key.group(1)}'; --cfg job prints all keys (a new key takes a leading +)"

@@ -11,9 +11,8 @@ from zoo.artifacts import write_json
 from zoo.cli.effects import catalogue, model_effects, next_commands
 from zoo.cli.inputs import read_data
 from zoo.diagnosis.diagnose import diagnose
+from zoo.models.prediction import usable_device
 from zoo.training.threads import threads_for
-
-BLOCK_WIDTH = 32
 
 
 def run(config: DictConfig, out: Path) -> Path:
@@ -29,16 +28,17 @@ def run(config: DictConfig, out: Path) -> Path:
     console = Console(stderr=True)
     with console.status("reading") as status, threads_for(0):
         runs, check_runs = read_data(config)
-        found = diagnose(runs, model_effects(config), catalogue(config), status.update)
+        device = usable_device(config.torch_device)
+        found = diagnose([run.to(device) for run in runs], model_effects(config), catalogue(config), status.update)
         status.update("drawing the report")
         from zoo.report.collect import traces  # matplotlib takes a second to import: only once there is something to draw
         from zoo.report.page import write_report
         from zoo.report.tensorboard import write_events
         from zoo.report.terminal import print_diagnosis
 
-        base, final = found.search.base.model, found.search.final.model
+        base, final = found.search.base.model.cpu(), found.search.final.model.cpu()
         refined = final if found.search.missing else None
-        drawn = [*traces(found.bench.runs, "fit", base, refined), *traces(check_runs, "check", base, refined)]
+        drawn = [*traces([run.to("cpu") for run in found.bench.runs], "fit", base, refined), *traces(check_runs, "check", base, refined)]
         commands = next_commands(config, found.search.missing)
         write_report(out / "report.html", found.record, drawn, commands=commands)
         write_events(out / "tensorboard", found.record, drawn)

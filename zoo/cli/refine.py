@@ -14,6 +14,7 @@ from zoo.cli.effects import catalogue, model_effects
 from zoo.cli.inputs import read_data, searchpath
 from zoo.diagnosis.diagnose import diagnose
 from zoo.diagnosis.refine import Refinement, refine
+from zoo.models.prediction import usable_device
 from zoo.training.threads import threads_for
 
 
@@ -32,6 +33,8 @@ def run(config: DictConfig, out: Path) -> Path:
     console = Console(stderr=True)
     with console.status("reading") as status, threads_for(0):
         runs, check_runs = read_data(config)
+        device = usable_device(config.torch_device)
+        runs = [run.to(device) for run in runs]
         effects = model_effects(config)
         found = refine(runs, check_runs, effects, add, catalogue(config, wanted), status.update)
         status.update("drawing the report")
@@ -58,9 +61,9 @@ def _report(out: Path, record: dict[str, Any], found: Refinement, check_runs: An
     from zoo.report.page import write_report
     from zoo.report.tensorboard import write_events
 
-    base = found.solutions[0].model
-    refined = found.model if len(found.solutions) > 1 else None
-    drawn = [*traces(found.solutions[0].design.runs, "fit", base, refined), *traces(check_runs, "check", base, refined)]
+    base = found.solutions[0].model.cpu()
+    refined = found.model.cpu() if len(found.solutions) > 1 else None
+    drawn = [*traces([run.to("cpu") for run in found.solutions[0].design.runs], "fit", base, refined), *traces(check_runs, "check", base, refined)]
     write_report(out / "report.html", record, drawn, found.record)
     write_events(out / "tensorboard", record, drawn, found.record)
 

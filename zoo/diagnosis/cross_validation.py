@@ -35,7 +35,7 @@ def _folds(blocks: int) -> list[Tensor]:
 def _left_out(columns: Tensor, target: Tensor, parts: list[Tensor]) -> Tensor:
     errors = []
     for part in parts:
-        keep = torch.ones(len(target), dtype=torch.bool)
+        keep = torch.ones(len(target), dtype=torch.bool, device=target.device)
         keep[part] = False
         amplitudes = project(columns[keep], target[keep]).amplitudes
         errors.append(target[part] - columns[part] @ amplitudes)

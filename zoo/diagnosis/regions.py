@@ -25,8 +25,8 @@ def regions(runs: list[Run], residual: Tensor, floor: float) -> list[dict[str, A
         The contract's `where`, worst first, 24 at most.
     """
     found: list[dict[str, Any]] = []
-    for run, part in zip(runs, residual.split([run.blocks for run in runs]), strict=True):
-        time, temperature = run.block_mean(run.time), run.block_mean(run.temperature)
+    for run, part in zip(runs, residual.cpu().split([run.blocks for run in runs]), strict=True):
+        time, temperature = run.block_mean(run.time).cpu(), run.block_mean(run.temperature).cpu()
         for stage in label_stages(time, temperature):
             here = temperature[stage.blocks]
             rms = float(part[stage.blocks].square().mean().sqrt())

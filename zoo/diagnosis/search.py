@@ -16,6 +16,10 @@ ACCEPT = 5.0
 """Log Bayes factor that an effect must reach over the model without it, on top of the logarithm of the number of candidates (150 : 1)."""
 HOPELESS = -8.0
 """A candidate whose projected evidence is below this is not refitted."""
+OVERWHELMING = 25.0
+"""Log Bayes factor that needs no further argument."""
+MOPPING_UP = 0.03
+"""Share of the variance explained so far below which an addition is taken for a correction to it (17 % in amplitude)."""
 REFITS = 3
 MOST_ADDED = 3
 RECONSIDER = 2.0
@@ -87,7 +91,7 @@ def search(bench: Workbench, base: Solved, candidates: list[str], progress: Call
     while True:
         step = _round(bench, found.final, [name for name in candidates if name not in found.final.names], progress)
         found.steps.append(step)
-        best = next((trial for trial in step.trials if _convinces(bench, found.final, trial, len(step.trials))), None)
+        best = next((trial for trial in step.trials if _convinces(bench, base, found.final, trial, len(step.trials))), None)
         if best is None or len(found.missing) >= MOST_ADDED:
             return found
         assert best.solved is not None
@@ -133,11 +137,19 @@ def _round(bench: Workbench, before: Solved, names: list[str], progress: Callabl
     return Step(before, trials)
 
 
-def _convinces(bench: Workbench, before: Solved, best: Trial, candidates: int) -> bool:
-    """Whether an addition is worth it: strong evidence, and lower error on segments that were not fitted."""
+def _convinces(bench: Workbench, base: Solved, before: Solved, best: Trial, candidates: int) -> bool:
+    """Whether an addition is worth it: strong evidence, more than a correction, and lower error on pieces that were not fitted."""
     if best.solved is None or not best.refitted or best.evidence < ACCEPT + math.log(max(candidates, 1)):
         return False
+    if best.evidence < OVERWHELMING and _mops_up(base, before, best.solved):
+        return False
     return segment_cost(bench, best.solved) < segment_cost(bench, before)
+
+
+def _mops_up(base: Solved, before: Solved, after: Solved) -> bool:
+    """Whether an addition explains so little beside those before it that it may be making up for their simplified form."""
+    explained = base.rms**2 - before.rms**2
+    return explained > 0 and before.rms**2 - after.rms**2 < MOPPING_UP * explained
 
 
 def _prune(bench: Workbench, full: Solved, base: Solved) -> Solved:

@@ -6,12 +6,10 @@ import math
 from dataclasses import dataclass
 
 import torch
-from torch import Tensor
-
+from zoo.diagnosis.free_functions import free_functions
 from zoo.diagnosis.workbench import Solved, Workbench
 from zoo.fitting.projection import project
 
-ORDER = 6
 LEVEL_ALLOWED = 0.15
 """Excess of χ²/N over 1 that counts as noise: 7 % in RMS, what the noise level itself is uncertain by."""
 SHARE_ALLOWED = 0.04
@@ -20,7 +18,7 @@ LEVEL_ALLOWED_AFTER = 0.6
 """Most excess that a simplified form may leave (26 % in RMS)."""
 SIGNIFICANT = 5.0
 """Log Bayes factor of a free function over none."""
-MATERIAL = 0.05
+MATERIAL = 0.08
 """Share of the noise variance that a free function must explain to matter."""
 
 
@@ -83,34 +81,10 @@ def dependences(bench: Workbench, final: Solved) -> list[Dependence]:
     total = float(final.residual.square().sum())
     size = math.log(bench.blocks)
     found = []
-    for words, values in _quantities(bench, final).items():
-        columns = torch.cat([final.plain, _chebyshev(values)], dim=1)
-        evidence = bench.mixtures.most_likely(columns, final.design.error).logarithm - final.likely.logarithm - 0.5 * ORDER * size
+    for words, free in free_functions(bench, final).items():
+        columns = torch.cat([final.plain, free], dim=1)
+        evidence = bench.mixtures.most_likely(columns, final.design.error).logarithm - final.likely.logarithm - 0.5 * free.shape[1] * size
         share = 1.0 - float(project(columns, final.design.error).cost) / total
         if evidence > SIGNIFICANT and share > MATERIAL:
             found.append(Dependence(words, share, evidence))
     return sorted(found, key=lambda item: -item.evidence)
-
-
-def _quantities(bench: Workbench, final: Solved) -> dict[str, Tensor]:
-    """(N,) block means of what a residual may depend on, by words."""
-    names = {"temperature": "the coil's temperature", "rate": "the coil's temperature rate"}
-    parts: dict[str, list[Tensor]] = {}
-    for run, place in zip(bench.runs, final.design.histories(final.fit.theta), strict=True):
-        here = place["coil"]
-        for attribute, words in names.items():
-            parts.setdefault(words, []).append(run.block_mean(getattr(here, attribute)))
-        parts.setdefault("the time since the run's start", []).append(run.block_mean(here.time))
-        parts.setdefault("the highest temperature so far", []).append(run.block_mean(torch.cummax(here.temperature, dim=-1).values))
-        for name, values in here.inputs.items():
-            parts.setdefault(f"the column {name}", []).append(run.block_mean(values))
-    merged = {words: torch.cat(values) for words, values in parts.items()}
-    magnitude = {"the size of the temperature rate, not its sign": merged["the coil's temperature rate"].abs()}
-    return {words: values for words, values in {**merged, **magnitude}.items() if float(values.max() - values.min()) > 1e-9}
-
-
-def _chebyshev(values: Tensor) -> Tensor:
-    """(N, 6) Chebyshev polynomials of order 1 to 6 of values scaled to −1…1."""
-    low, high = values.min(), values.max()
-    angle = torch.arccos((2 * (values - low) / (high - low) - 1).clamp(-1, 1))
-    return torch.stack([torch.cos(k * angle) for k in range(1, ORDER + 1)], dim=-1)

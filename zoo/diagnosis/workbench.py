@@ -135,7 +135,7 @@ class Workbench:
         it.
         """
         effect = self.effects[name]
-        own = to_unit(shape, effect.shape)
+        own = to_unit(shape, effect.shape).to(base.fit.theta)
         near = torch.cat([base.fit.theta, own])
         coarse = coarse_starts(base.design, base.fit.theta)
         starts = [near, *torch.cat([coarse, own.expand(len(coarse), -1)], dim=1)]
@@ -154,7 +154,7 @@ class Workbench:
     def peek(self, base: Solved, name: str, shape: Tensor) -> Solved:
         """One more effect without a refit of anything nonlinear."""
         design = self.design((*base.names, name))
-        theta = torch.cat([base.fit.theta, to_unit(shape, self.effects[name].shape)])
+        theta = torch.cat([base.fit.theta, to_unit(shape, self.effects[name].shape).to(base.fit.theta)])
         found = fit(design.columns, design.target, theta, iterations=0)
         design.model.assign(found.theta, found.amplitudes)
         return Solved((*base.names, name), design.model, design, found, self.mixtures)
@@ -162,7 +162,7 @@ class Workbench:
     def without(self, full: Solved, name: str) -> Solved:
         """Refit with one effect less, started from the full model's parameters."""
         owners = [owner for owner, _ in full.model.parameters_of_theta()]
-        keep = torch.tensor([owner != name for owner in owners], dtype=torch.bool)
+        keep = torch.tensor([owner != name for owner in owners], dtype=torch.bool, device=full.fit.theta.device)
         return self.solve(tuple(other for other in full.names if other != name), [full.fit.theta[keep]])
 
     def evidence(self, less: Solved, more: Solved) -> float:

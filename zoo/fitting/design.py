@@ -30,7 +30,7 @@ class Design:
             whitener: for the block means of these runs, in this order.
             numbers: number of each run, from 1 (for effects that happen in one run).
         """
-        self.model, self.runs, self.whitener = model, runs, whitener
+        self.model, self.runs, self.whitener = model.to(runs[0].table.device), runs, whitener
         self.numbers = numbers or list(range(1, len(runs) + 1))
         self.raw = [run.select(model.inputs) for run in runs]
         self.error = torch.cat([run.block_mean(run.error) for run in runs])
@@ -81,7 +81,7 @@ class Design:
         length = max(raw.shape[0] for raw in self.raw)
         size = max(1, CHUNK_ELEMENTS // (length * len(effect.amplitudes)))
         found = []
-        for part in shapes.split(size):
+        for part in shapes.to(self.error.device).split(size):
             blocks = []
             for run, place in zip(self.runs, places, strict=True):
                 blocks.append(run.block_mean_columns(spread(effect.columns(place[effect.place], part), part)))
@@ -93,7 +93,7 @@ def coarse_starts(design: Design, around: Tensor | None = None) -> Tensor:
     """(G, P) a grid over the coil's parameters, everything else as in `around` (P,), by default the model's present values; all in 0…1."""
     theta = design.model.theta() if around is None else around
     declared = design.model.parameters_of_theta()
-    axis = (torch.arange(COIL_TRIALS, dtype=torch.float64) + 1.0) / (COIL_TRIALS + 1)
+    axis = (torch.arange(COIL_TRIALS, dtype=torch.float64, device=theta.device) + 1.0) / (COIL_TRIALS + 1)
     axes = [LOW + (HIGH - LOW) * axis if declared[i][1].scale == "log" else axis for i in range(min(len(design.model.coil_parameters), 3))]
     grid = torch.cartesian_prod(*axes).reshape(-1, len(axes))
     trials = theta.expand(len(grid), -1).clone()

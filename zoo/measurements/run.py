@@ -112,6 +112,11 @@ class Run:
         )
         return rows / rows.max()
 
+    def to(self, device: torch.device | str) -> Run:
+        """The run with its tensors on a device."""
+        tensors = {name: getattr(self, name).to(device) for name in ("table", "error", "count", "block")}
+        return replace(self, **tensors)
+
     def split(self, share: float) -> tuple[Run, Run]:
         """The run less some of ten equal pieces, and those pieces, spread evenly; the whole past is known to both.
 

@@ -1,0 +1,131 @@
+"""The numbers that verdicts rest on: evidence, posterior, cross-validation, the noise floor."""
+
+from __future__ import annotations
+
+import math
+
+import pytest
+import torch
+from torch import Generator
+
+from zoo.diagnosis.alike import indistinguishable
+from zoo.diagnosis.cross_validation import rms_by_run, segment_cost
+from zoo.diagnosis.screening import Screened, screen
+from zoo.diagnosis.search import Trial, posterior
+from zoo.diagnosis.structure import examine
+from zoo.fitting.projection import project
+from zoo.scoring.noise import NoiseModel
+
+
+def trial(name: str, evidence: float) -> Trial:
+    return Trial(Screened(name, torch.zeros(0), 0.0, 1), None, evidence, False)
+
+
+@pytest.mark.parametrize("evidences", [(), (0.0,), (0.0, 0.0, 0.0), (500.0, 499.0), (-1e4, -2e4), (1e4, -1e4, 3.0)])
+def test_a_posterior_sums_to_less_than_one(evidences) -> None:
+    chances = posterior([trial(str(i), value) for i, value in enumerate(evidences)])
+    assert sum(chances.values()) <= 1 + 1e-12
+    assert all(0 <= chance <= 1 for chance in chances.values())
+    none = 1 / (1 + sum(math.exp(value) for value in evidences)) if max(evidences, default=0) < 100 else 0.0
+    assert sum(chances.values()) == pytest.approx(1 - none)
+
+
+def test_equal_evidence_is_equal_probability() -> None:
+    chances = posterior([trial("a", 40.0), trial("b", 40.0), trial("c", 30.0)])
+    assert chances["a"] == chances["b"] == pytest.approx(0.5, rel=1e-3)
+    assert chances["a"] / chances["c"] == pytest.approx(math.exp(10))
+
+
+def test_posteriors_of_every_round_of_a_search_sum_to_less_than_one(diagnosis) -> None:
+    for step in diagnosis("bias_step").search.steps:
+        assert sum(posterior(step.trials).values()) <= 1 + 1e-12
+
+
+def test_evidence_is_antisymmetric_and_none_against_itself(diagnosis) -> None:
+    found = diagnosis("bias_step")
+    base, final = found.search.base, found.search.final
+    assert found.bench.evidence(base, base) == 0
+    assert found.bench.evidence(base, final) == -found.bench.evidence(final, base)
+    assert found.bench.evidence(base, final) > 50
+
+
+def test_evidence_adds_along_a_path(diagnosis) -> None:
+    found = diagnosis("bias_step")
+    bench, base, final = found.bench, found.search.base, found.search.final
+    more = bench.add(final, "warm_up")
+    assert bench.evidence(base, more) == pytest.approx(bench.evidence(base, final) + bench.evidence(final, more))
+    assert bench.evidence(final, more) < 5, "what is not there is not supported"
+
+
+def test_a_larger_model_never_fits_worse(diagnosis) -> None:
+    found = diagnosis("bias_step")
+    bench, base = found.bench, found.search.base
+    for candidate in screen(bench, base, [name for name in bench.available() if name not in base.names]):
+        assert candidate.gain >= -1e-6 * base.fit.cost
+        assert bench.peek(base, candidate.name, candidate.shape).fit.cost <= base.fit.cost * (1 + 1e-9)
+
+
+def test_screening_finds_the_planted_one_first(diagnosis) -> None:
+    found = diagnosis("bias_step")
+    bench, base = found.bench, found.search.base
+    assert screen(bench, base, [name for name in bench.available() if name not in base.names])[0].name == "bias_step"
+
+
+@pytest.mark.parametrize("hidden", ["", "bias_step"])
+def test_errors_on_segments_that_were_not_fitted_are_never_smaller(diagnosis, hidden) -> None:
+    """Group leave-out residuals are (1 − H)⁻¹ times the fitted ones, and 1 − H shrinks."""
+    found = diagnosis(hidden)
+    for solved in (found.search.base, found.search.final):
+        assert segment_cost(found.bench, solved) >= solved.fit.cost
+        plain = solved.design.plain_columns(solved.fit.theta.unsqueeze(0))[0]
+        least = math.sqrt(float(project(plain, solved.design.error).cost) / found.bench.blocks)
+        assert rms_by_run(found.bench, solved) >= least
+    for one in found.record["candidates"]:
+        assert one["rms_cross_validated"] >= 0.98 * one["rms"]
+
+
+def test_the_floor_is_a_little_below_the_noise_and_never_above_what_remains_by_much(diagnosis, white) -> None:
+    for hidden in ("", "bias_step"):
+        found = diagnosis(hidden)
+        final = found.search.final
+        assert found.bench.noise_floor(final) == pytest.approx(final.rms, rel=0.1)
+        assert found.bench.noise_floor(final) < 1.15 * white
+
+
+def test_the_absolute_test_passes_noise_and_fails_a_fault(diagnosis) -> None:
+    right, wrong = diagnosis(""), diagnosis("bias_step")
+    assert examine(right.bench, right.search.base, right.search.base).is_noise
+    structure = examine(wrong.bench, wrong.search.base, wrong.search.base)
+    assert not structure.is_noise
+    assert examine(wrong.bench, wrong.search.final, wrong.search.base).is_noise
+
+
+def test_an_effect_is_distinguishable_from_what_looks_different(diagnosis) -> None:
+    found = diagnosis("bias_step")
+    bench, base, final = found.bench, found.search.base, found.search.final
+    assert indistinguishable(bench, base, final, ["magnetic", "supply_voltage", "bias_step", "polarization"]) == []
+
+
+def test_an_effect_is_indistinguishable_from_its_own_double(diagnosis, monkeypatch) -> None:
+    """Decided from the columns at hand, not from a list: another effect with the same columns must be reported."""
+    found = diagnosis("bias_step")
+    bench, base, final = found.bench, found.search.base, found.search.final
+    monkeypatch.setitem(bench.effects, "double", bench.effects["bias_step"])
+    assert indistinguishable(bench, base, final, ["double", "magnetic"]) == ["double"]
+
+
+@pytest.mark.parametrize("mixture", [(1.0, 0.05, 0.0), (1.0, 0.6, 0.0), (1.0, 0.25, 0.8), (1.1, 1.2, 0.3)])
+def test_the_likeliest_mixture_resembles_the_noise_that_was_drawn(diagnosis, mixture) -> None:
+    found = diagnosis("")
+    mixtures, columns = found.bench.mixtures, found.search.base.plain
+    chance, share = Generator().manual_seed(1), tuple(one * mixtures.white for one in mixture)
+    noise = NoiseModel(*share)
+    results = []
+    for _ in range(4):
+        roots = [torch.linalg.cholesky(noise.covariance(*both)) for both in zip(mixtures.times, mixtures.shares, strict=True)]
+        target = torch.cat([root @ torch.randn(len(root), generator=chance, dtype=torch.float64) for root in roots])
+        results.append(mixtures.most_likely(columns, target))
+    dof = found.bench.blocks - columns.shape[1]
+    assert sum(one.cost for one in results) / 4 / dof == pytest.approx(1, abs=0.08)
+    assert sum(one.noise.white for one in results) / 4 == pytest.approx(share[0], rel=0.12)
+    assert not any(mixtures.exhausted(one.noise) for one in results)

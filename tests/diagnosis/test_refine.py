@@ -1,0 +1,97 @@
+"""The ladder: an effect at a time, refitted, checked on a run that was never fitted."""
+
+from __future__ import annotations
+
+import json
+
+import pytest
+import torch
+
+from zoo.diagnosis.refine import check_rms, refine
+from zoo.errors import InputError
+from zoo.models.prediction import predict_blocks
+
+LADDER_KEYS = {"added", "effects", "rms", "rms_check"}
+
+
+@pytest.fixture(scope="module")
+def climbed():
+    """Ladders by (hidden, add), each climbed once."""
+    return {}
+
+
+@pytest.fixture
+def ladder(climbed, runs, check, catalogue, base):
+    def climb(hidden: str, add: str | tuple[str, ...] = "auto"):
+        if (hidden, add) not in climbed:
+            climbed[hidden, add] = refine(runs(hidden), check(hidden), base, list(add) if isinstance(add, tuple) else add, catalogue)
+        return climbed[hidden, add]
+
+    return climb
+
+
+def test_auto_climbs_to_what_is_missing(ladder, base, white) -> None:
+    found = ladder("polarization")
+    record = json.loads(json.dumps(found.record, allow_nan=False))
+    assert set(record) >= {"ladder", "noise_floor", "noise_floor_check", "verdict"}
+    assert [step["added"] for step in record["ladder"]] == [None, "polarization"]
+    assert [step["effects"] for step in record["ladder"]] == [base, [*base, "polarization"]]
+    assert all(set(step) == LADDER_KEYS for step in record["ladder"])
+    assert record["verdict"] == "complete"
+    first, last = record["ladder"]
+    assert last["rms_check"] < 0.5 * first["rms_check"]
+    assert last["rms_check"] < 1.15 * record["noise_floor_check"]
+    assert record["noise_floor_check"] == pytest.approx(white, rel=0.2)
+
+
+def test_where_nothing_is_missing_the_ladder_is_one_rung(ladder) -> None:
+    record = ladder("").record
+    assert [step["added"] for step in record["ladder"]] == [None]
+    assert record["verdict"] == "complete"
+
+
+@pytest.mark.parametrize("add", [("polarization", "aging", "warm_up"), ("hysteresis", "rate_temperature_coupling", "polarization"), ("sensor_lag",)])
+def test_the_error_on_fitted_runs_never_rises(ladder, add) -> None:
+    steps = ladder("polarization", add).record["ladder"]
+    assert [step["added"] for step in steps] == [None, *add]
+    for before, after in zip(steps[:-1], steps[1:], strict=True):
+        assert after["rms"] <= before["rms"] * 1.002, after["added"]
+
+
+def test_the_models_predictions_are_those_that_were_scored(ladder, check) -> None:
+    found = ladder("polarization")
+    for step, solved in zip(found.record["ladder"], found.solutions, strict=True):
+        assert [name for name, _ in solved.model.named_effects()] == step["effects"]
+        assert check_rms(solved.model, check("polarization")) == step["rms_check"]
+        predicted = torch.cat([predict_blocks(solved.model, run) for run in solved.design.runs])
+        left = solved.design.error - predicted
+        assert float(left.square().mean().sqrt()) == pytest.approx(step["rms"], rel=1e-9)
+    assert found.model is found.solutions[-1].model
+
+
+def test_without_a_check_run_there_is_nothing_to_check(runs, catalogue, base) -> None:
+    record = refine(runs(), [], base, "warm_up", catalogue).record
+    assert [step["rms_check"] for step in record["ladder"]] == [None, None]
+    assert record["noise_floor_check"] is None
+    json.dumps(record, allow_nan=False)
+
+
+@pytest.mark.parametrize(
+    ("add", "words"),
+    [
+        ("mohr", "'mohr' is in the model already"),
+        (["aging", "static_bias"], "'static_bias' is in the model already"),
+        ("polarisation", "unknown effect 'polarisation': did you mean polarization"),
+        (["aging", "nothing"], "unknown effect 'nothing'"),
+    ],
+)
+def test_what_cannot_be_added_is_refused(runs, catalogue, base, add, words) -> None:
+    with pytest.raises(InputError) as caught:
+        refine(runs(), [], base, add, catalogue)
+    assert words in str(caught.value)
+    assert len(str(caught.value).splitlines()) <= 2
+
+
+def test_an_effect_named_twice_is_refused(runs, catalogue, base) -> None:
+    with pytest.raises(InputError, match="aging"):
+        refine(runs(), [], base, ["aging", "aging"], catalogue)

@@ -1,0 +1,113 @@
+"""The right verdict on gyros whose secret is known."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import pytest
+import torch
+from torch import Generator
+
+from zoo.catalog import names
+from zoo.diagnosis.diagnose import diagnose
+
+BASE = ("static_bias", "shupe", "mohr")
+ABSORBED = {"sensor_lag": "to first order Mohr's column; the coil's lag takes up the rest"}
+"""Effects that a model of the three in BASE makes up for: what is left of them is less than noise."""
+NOISES = {"hysteresis": 12.0}
+"""Size over the white noise of a block where 3.5 is too little: most of a hysteresis is a function of temperature, and the static bias takes that."""
+HIDDEN = [name for name in names("effects") if name not in BASE and name not in ABSORBED]
+
+
+@pytest.mark.parametrize("seed", [1, 2, 3, 4, 5])
+def test_nothing_hidden_is_complete(diagnosis, white, seed) -> None:
+    record = diagnosis("", seed).record
+    assert (record["verdict"], record["missing"]) == ("complete", [])
+    assert record["rms"] == pytest.approx(record["noise_floor"], rel=0.1)
+    assert record["noise_floor"] == pytest.approx(white, rel=0.15), "and the floor is the noise that was put in"
+
+
+@pytest.mark.parametrize("name", HIDDEN)
+def test_a_hidden_effect_is_named(diagnosis, simulation, white, name) -> None:
+    given = (name, 1, NOISES.get(name, 3.5))
+    record = diagnosis(*given).record
+    assert simulation(*given).hidden == (name,)
+    assert record["verdict"] == "missing"
+    best = record["candidates"][0]
+    assert name in {best["effect"], *best["indistinguishable_from"]}
+    assert record["missing"] == [best["effect"]]
+    assert best["probability"] > 0.9
+    assert best["delta_bic"] < -20
+    assert record["rms_final"] == pytest.approx(white, rel=0.15)
+    assert record["rms"] > 1.15 * record["rms_final"]
+
+
+@pytest.mark.parametrize("name", ABSORBED)
+def test_an_effect_that_the_model_absorbs_is_not_invented(diagnosis, name) -> None:
+    record = diagnosis(name).record
+    assert record["verdict"] in {"complete", "missing"}
+    assert set(record["missing"]) <= {name}
+    assert record["rms_final"] < 1.1 * record["noise_floor"]
+
+
+@pytest.mark.parametrize("seed", [1, 2])
+def test_a_square_of_the_rate_is_unknown(simulation, runs, white, catalogue, base, seed) -> None:
+    """No effect of the catalogue is even in the rate."""
+    found = []
+    for run, recorded in zip(runs("", seed), simulation("", seed).runs, strict=True):
+        coil = recorded.truth["temperature_coil_c"]
+        square = torch.gradient(coil, spacing=(recorded.truth["time_s"] / 60,))[0].square()
+        found.append(replace(run, error=run.error + 4 * white * (square - square.mean()) / square.std()))
+    record = diagnose(found, base, catalogue).record
+    assert record["verdict"] == "unknown"
+    assert record["rms_final"] > 1.3 * record["noise_floor"]
+    assert any("rate" in item["depends_on"] for item in record["unexplained"]), "and it says what the rest depends on"
+    assert all(entry["probability"] <= 0.5 for entry in record["candidates"]), "no candidate is believed where the rest is unexplained"
+
+
+def test_a_random_telegraph_is_unknown(runs, white, catalogue, base) -> None:
+    chance, found = Generator().manual_seed(7), []
+    for run in runs():
+        flips = torch.rand(len(run.time), generator=chance, dtype=torch.float64) < 20.0 / 1500.0
+        telegraph = 1.0 - 2.0 * (flips.cumsum(0) % 2)
+        found.append(replace(run, error=run.error + 4 * white * telegraph))
+    record = diagnose(found, base, catalogue).record
+    assert record["verdict"] == "unknown"
+    assert record["rms_final"] > 1.3 * record["noise_floor"]
+
+
+def test_two_hidden_effects_are_both_named(simulation, catalogue, base, white) -> None:
+    from zoo.simulator.in_process import as_run
+
+    first, second = (simulation(name, 3) for name in ("polarization", "aging"))
+    runs = []
+    for one, other in zip(first.runs, second.runs, strict=True):
+        run = as_run(one)
+        runs.append(replace(run, error=run.error + other.truth["aging_dph"]))
+    record = diagnose(runs, base, catalogue).record
+    assert record["verdict"] == "missing"
+    assert set(record["missing"]) == {"polarization", "aging"}
+    assert record["rms_final"] == pytest.approx(white, rel=0.15)
+
+
+def test_one_thermometer_is_enough_for_a_gyro_without_secrets(runs, catalogue, base) -> None:
+    record = diagnose(runs(thermometers=1), base, catalogue).record
+    assert (record["verdict"], record["missing"]) == ("complete", [])
+
+
+def test_the_unit_of_the_output_does_not_matter(diagnosis, runs, catalogue, base) -> None:
+    """°/h into rad/s: a factor of 4.848e-6 on every number with a unit, and nothing else."""
+    factor = 4.84813681109536e-06
+    scaled = [replace(run, unit="rad_per_s", error=factor * run.error) for run in runs("aging")]
+    first, second = diagnosis("aging").record, diagnose(scaled, base, catalogue).record
+    assert (second["unit"], second["verdict"], second["missing"]) == ("rad_per_s", first["verdict"], first["missing"])
+    for key in ("rms", "rms_final", "noise_floor", "rms_uncompensated"):
+        assert second[key] == pytest.approx(factor * first[key], rel=1e-3)
+    assert second["candidates"][0]["delta_bic"] == pytest.approx(first["candidates"][0]["delta_bic"], abs=0.5)
+
+
+def test_a_constant_or_the_order_of_the_runs_does_not_matter(diagnosis, runs, catalogue, base) -> None:
+    moved = [replace(run, error=run.error + 9.66) for run in runs("warm_up")[::-1]]
+    first, second = diagnosis("warm_up").record, diagnose(moved, base, catalogue).record
+    assert (second["verdict"], second["missing"]) == (first["verdict"], first["missing"])
+    assert second["rms_final"] == pytest.approx(first["rms_final"], rel=0.01)

@@ -1,0 +1,155 @@
+"""The fast way to columns (shared work, chunks, block means, whitening) gives what the plain way gives."""
+
+from __future__ import annotations
+
+import pytest
+import torch
+from torch import Generator, Tensor
+
+from zoo.catalog import build, names
+from zoo.effects.bounds import to_physical
+from zoo.fitting.design import Design, coarse_starts
+from zoo.fitting.noise import noise_of
+from zoo.measurements.run import Run
+from zoo.models.graybox import GrayBox
+from zoo.scoring.noise import NoiseModel, Whitener
+
+INPUTS = ("time_s", "temperature_c", "temperature_outer_c", "supply_v", "field_ut", "humidity_pct", "pressure_kpa", "reference_dph")
+EFFECTS = names("effects")
+STEP_S, BLOCK = 20.0, 5
+
+
+def recorded(seed: int, samples: int = 600, inputs: tuple[str, ...] = INPUTS) -> Run:
+    """A lively run; one of its blocks is too thin to keep."""
+    chance = Generator().manual_seed(seed)
+    time = torch.arange(samples, dtype=torch.float64) * STEP_S
+    others = [20 + 20 * torch.sin(time / (800 + 90 * i) + i * seed) - 20 * torch.sin(torch.tensor(float(i * seed))) for i in range(len(inputs) - 1)]
+    error = 0.01 * torch.randn(samples, generator=chance, dtype=torch.float64) + 0.01 * others[0]
+    block = torch.arange(samples) // BLOCK
+    block = torch.where(block == 7, -1, block - (block > 7).long())
+    count = 1 + (torch.arange(samples) % 3 == 0).long()
+    return Run(f"run_{seed}", "dph", STEP_S * BLOCK, inputs, torch.stack([time, *others], -1), error, count, block)
+
+
+RUNS = [recorded(1), recorded(2, 400)]
+
+
+def whitener(runs: list[Run], noise: NoiseModel | None = None) -> Whitener:
+    return Whitener(noise or noise_of(runs), [run.block_mean(run.time) for run in runs], [run.block_share() for run in runs])
+
+
+def design(effects: list[str], runs: list[Run] = RUNS, numbers: list[int] | None = None) -> Design:
+    inputs = list(runs[0].columns)
+    return Design(GrayBox({name: build("effects", name) for name in effects}, inputs), runs, whitener(runs), numbers)
+
+
+def drawn(model: GrayBox, count: int, seed: int = 1) -> Tensor:
+    return torch.rand(count, len(model.parameters_of_theta()), generator=Generator().manual_seed(seed), dtype=torch.float64)
+
+
+def around(theta: Tensor) -> Tensor:
+    """θ and one step of each parameter, as a Jacobian asks for."""
+    return torch.cat([theta.unsqueeze(0), theta + 1e-4 * torch.eye(len(theta), dtype=torch.float64)])
+
+
+def plainly(made: Design, theta: Tensor) -> Tensor:
+    """(N, K) block means of one θ's columns, run after run."""
+    parts = []
+    for run, number in zip(made.runs, made.numbers, strict=True):
+        parts.append(run.block_mean_columns(made.model.columns(run.select(made.model.inputs), theta.unsqueeze(0), number)[0].detach()))
+    return torch.cat(parts)
+
+
+@pytest.mark.parametrize("effects", [[name] for name in EFFECTS] + [EFFECTS, EFFECTS[::-1]], ids=lambda value: "+".join(value)[:20])
+def test_shared_work_changes_nothing(effects) -> None:
+    made = design(effects)
+    batch = around(drawn(made.model, 1)[0])
+    found = made.plain_columns(batch)
+    assert found.shape == (len(batch), len(made.error), sum(len(one.amplitudes) for _, one in made.model.named_effects()))
+    assert found.dtype == torch.float64
+    for theta, columns in zip(batch, found, strict=True):
+        torch.testing.assert_close(columns, plainly(made, theta), rtol=1e-9, atol=1e-9)
+
+
+def test_a_random_batch_and_its_repetitions_keep_their_order() -> None:
+    made = design(["static_bias", "hysteresis", "warm_up", "bias_step"])
+    batch = drawn(made.model, 4)[[2, 0, 3, 0, 1, 2]]
+    for theta, columns in zip(batch, made.plain_columns(batch), strict=True):
+        torch.testing.assert_close(columns, plainly(made, theta), rtol=1e-9, atol=1e-9)
+
+
+def test_chunks_change_nothing(monkeypatch) -> None:
+    made = design(["static_bias", "shupe", "aging"])
+    batch = drawn(made.model, 7)
+    whole = made.plain_columns(batch)
+    monkeypatch.setattr("zoo.fitting.design.CHUNK_ELEMENTS", 600 * 6 * 2)
+    torch.testing.assert_close(made.plain_columns(batch), whole, rtol=1e-12, atol=1e-12)
+
+
+def test_columns_are_whitened_as_the_target_is() -> None:
+    made = design(["static_bias", "mohr"])
+    batch = drawn(made.model, 3)
+    torch.testing.assert_close(made.columns(batch), made.whitener(made.plain_columns(batch)))
+    error = torch.cat([run.block_mean(run.error) for run in RUNS])
+    torch.testing.assert_close(made.error, error)
+    torch.testing.assert_close(made.target, made.whitener(error.unsqueeze(-1))[:, 0])
+    dense = torch.block_diag(*[whitener(RUNS).factors[i] for i in range(2)])
+    torch.testing.assert_close(made.target, dense @ error)
+
+
+@pytest.mark.parametrize("name", EFFECTS)
+def test_many_shapes_of_one_effect_at_a_fixed_coil(name) -> None:
+    made = design(["static_bias", "mohr"])
+    theta = drawn(made.model, 1)[0]
+    effect = build("effects", name)
+    shapes = effect.shapes_to_try(8000.0, 2)[:12]
+    found = made.effect_columns(effect, made.histories(theta), shapes)
+    alone = Design(GrayBox({name: effect}, list(INPUTS)), RUNS, made.whitener)
+    for i in (0, len(shapes) - 1):
+        coil = len(made.model.coil_parameters)
+        effect.shape_value.data = shapes[i]
+        torch.testing.assert_close(found[i], made.whitener(plainly(alone, torch.cat([theta[:coil], alone.model.theta()[coil:]]))), rtol=1e-7, atol=1e-7)
+
+
+def test_runs_keep_the_numbers_they_are_given() -> None:
+    made = design(["bias_step"], numbers=[4, 2])
+    step = dict(made.model.named_effects())["bias_step"]
+    step.shape_value.data = torch.tensor([0.5, 2.0], dtype=torch.float64)
+    columns = made.plain_columns(made.model.theta().unsqueeze(0))[0, :, 0]
+    first = RUNS[0].blocks
+    assert not bool(columns[:first].any())
+    assert float(columns[-1]) == pytest.approx(1)
+
+
+def test_coarse_starts_are_a_grid_over_the_coil_and_leave_the_rest() -> None:
+    made = design(["static_bias", "hysteresis"])
+    base = drawn(made.model, 1)[0]
+    starts = coarse_starts(made, base)
+    coil = len(made.model.coil_parameters)
+    assert starts.shape == (4**coil, len(base))
+    assert len(torch.unique(starts[:, :coil], dim=0)) == 4**coil
+    torch.testing.assert_close(starts[:, coil:], base[coil:].expand(len(starts), -1))
+    assert float(starts.min()) >= 0
+    assert float(starts.max()) <= 1
+    lags = to_physical(starts, [one for _, one in made.model.parameters_of_theta()])[:, 0]
+    assert 30 < float(lags.min()) < 200, "from minutes"
+    assert 1800 < float(lags.max()) < 7200, "to an hour"
+    assert bool(torch.isfinite(made.columns(starts)).all())
+
+
+def test_the_noise_of_runs_is_that_of_their_block_means() -> None:
+    """White noise of 0.01 in a sample, five of them (six or seven rows) in a block."""
+    found = noise_of(RUNS)
+    assert found.white == pytest.approx(0.01 / 5**0.5, rel=0.12)
+    assert 0 < found.flicker < found.white
+    quiet = recorded(3)
+    quiet.error[:] = 0.5
+    assert noise_of([quiet]).white > 0, "noiseless data must not divide by zero"
+
+
+@pytest.mark.skipif(not torch.cuda.is_available(), reason="no CUDA device here")
+def test_projection_and_whitening_work_on_a_gpu() -> None:
+    from zoo.fitting.projection import project
+
+    columns, target = drawn(design(["static_bias"]).model, 200).cuda(), torch.rand(200, dtype=torch.float64).cuda()
+    assert project(columns, target).amplitudes.is_cuda

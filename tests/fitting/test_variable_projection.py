@@ -1,0 +1,219 @@
+"""Separable least squares: planted parameters come back, bounds hold, error bars mean what they say."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+
+import pytest
+import torch
+from torch import Generator, Tensor
+
+from zoo.fitting.variable_projection import STEP, Fit, fit, tangents
+
+TIME = torch.linspace(0, 10, 600, dtype=torch.float64)
+LOW, HIGH = 0.1, 30.0
+Columns = Callable[[Tensor], Tensor]
+
+
+def unit(tau: float) -> float:
+    return math.log(tau / LOW) / math.log(HIGH / LOW)
+
+
+def tau_of(theta: Tensor) -> Tensor:
+    return LOW * torch.exp(theta * math.log(HIGH / LOW))
+
+
+def decays(theta: Tensor) -> Tensor:
+    """(B, P) → (B, N, P + 1): a decay for every time constant, and a constant."""
+    shapes = torch.exp(-TIME.unsqueeze(-1) / tau_of(theta).unsqueeze(1))
+    return torch.cat([shapes, torch.ones(len(theta), len(TIME), 1, dtype=torch.float64)], -1)
+
+
+def planted(tau: tuple[float, ...], amplitudes: tuple[float, ...]) -> Tensor:
+    theta = torch.tensor([[unit(one) for one in tau]], dtype=torch.float64)
+    return decays(theta)[0] @ torch.tensor(amplitudes, dtype=torch.float64)
+
+
+def at(*tau: float) -> Tensor:
+    return torch.tensor([unit(one) for one in tau], dtype=torch.float64)
+
+
+@pytest.mark.parametrize("start", [(0.2, 20.0), (1.0, 3.0), (0.5, 9.0)])
+def test_a_sum_of_exponentials_is_taken_apart(start) -> None:
+    found = fit(decays, planted((0.6, 4.0), (2.0, -1.5, 0.5)), at(*start), iterations=60, tolerance=1e-12)
+    tau, order = tau_of(found.theta).sort()
+    torch.testing.assert_close(tau, torch.tensor([0.6, 4.0], dtype=torch.float64), rtol=1e-4, atol=0)
+    torch.testing.assert_close(found.amplitudes[:2][order], torch.tensor([2.0, -1.5], dtype=torch.float64), rtol=1e-3, atol=0)
+    assert float(found.amplitudes[2]) == pytest.approx(0.5, rel=1e-3)
+    assert found.cost < 1e-8
+    assert 1 <= found.iterations <= 60
+
+
+def test_the_fit_is_where_the_gradient_vanishes() -> None:
+    """With noise: no small move of θ, amplitudes projected out, lowers the cost."""
+    target = planted((0.6, 4.0), (2.0, -1.5, 0.5)) + 0.05 * torch.randn(600, generator=Generator().manual_seed(1), dtype=torch.float64)
+    found = fit(decays, target, at(0.5, 5.0), iterations=100, tolerance=1e-14)
+    for i in range(2):
+        for move in (-3e-3, 3e-3):
+            theta = found.theta.clone()
+            theta[i] += move
+            assert fit(decays, target, theta, iterations=0).cost > found.cost
+    torch.testing.assert_close(found.residual, target - found.columns @ found.amplitudes, rtol=0, atol=1e-9)
+    assert found.cost == pytest.approx(float(found.residual.square().sum()))
+    assert float((found.columns.mT @ found.residual).abs().max()) < 1e-6, "amplitudes are those of least squares"
+    assert float((found.tangent.mT @ found.residual).abs().max()) < 1e-2 * float(found.tangent.norm(dim=0).max())
+
+
+@pytest.mark.parametrize(("outside", "bound"), [(100.0, 1.0), (0.01, 0.0)])
+def test_bounds_hold_and_the_fit_rests_on_them(outside, bound) -> None:
+    seen: list[Tensor] = []
+
+    def watched(theta: Tensor) -> Tensor:
+        seen.append(theta)
+        return decays(theta)[..., :1]
+
+    found = fit(watched, torch.exp(-TIME / outside), at(2.0), iterations=60, tolerance=1e-12)
+    assert float(found.theta[0]) == bound
+    assert all(float(theta.min()) >= 0 and float(theta.max()) <= 1 for theta in seen), "nothing was ever computed out of bounds"
+
+
+def test_a_parameter_on_a_bound_does_not_hold_the_others_up() -> None:
+    """The slow decay is slower than the bound allows; the fast one still goes where the profile of the cost is least."""
+
+    def two(theta: Tensor) -> Tensor:
+        return decays(theta)[..., :2]
+
+    target = torch.exp(-TIME) + torch.exp(-TIME / 500.0)
+    found = fit(two, target, at(5.0, 25.0), iterations=80, tolerance=1e-12)
+    profile = {tau: fit(two, target, at(tau, HIGH), iterations=0).cost for tau in torch.linspace(0.3, 1.5, 241).tolist()}
+    assert tau_of(found.theta).tolist() == [pytest.approx(min(profile, key=profile.__getitem__), abs=0.01), pytest.approx(HIGH)]
+    assert found.cost <= min(profile.values()) * (1 + 1e-6)
+
+
+def test_it_never_gets_worse_than_its_start() -> None:
+    target = planted((0.6, 4.0), (2.0, -1.5, 0.5))
+    for start in ((0.11, 0.12), (29.0, 28.0), (0.2, 20.0)):
+        first = fit(decays, target, at(*start), iterations=0)
+        assert first.iterations == 0
+        torch.testing.assert_close(first.theta, at(*start))
+        assert fit(decays, target, at(*start), iterations=5).cost <= first.cost
+
+
+def test_without_nonlinear_parameters_it_is_plain_least_squares() -> None:
+    columns = torch.randn(50, 3, generator=Generator().manual_seed(1), dtype=torch.float64)
+    truth = torch.tensor([1.0, -2.0, 3.0], dtype=torch.float64)
+    found = fit(lambda theta: columns.expand(len(theta), -1, -1), columns @ truth, torch.zeros(0, dtype=torch.float64))
+    torch.testing.assert_close(found.amplitudes, truth, rtol=1e-8, atol=0)
+    assert found.tangent.shape == (50, 0)
+    assert found.covariance().shape == (3, 3)
+
+
+def test_a_step_into_nonsense_is_not_taken() -> None:
+    def broken(theta: Tensor) -> Tensor:
+        columns = decays(theta)
+        return torch.where((theta[:, :1] > 0.5).unsqueeze(-1), torch.nan, columns)
+
+    found = fit(broken, planted((4.0,), (1.0, 0.0)), torch.tensor([0.3], dtype=torch.float64))
+    assert float(found.theta[0]) <= 0.5
+    assert math.isfinite(found.cost)
+
+
+@pytest.mark.parametrize("theta", [0.2, 0.5, 0.9, 0.0, 1.0])
+def test_tangents_are_derivatives_and_never_leave_the_bounds(theta) -> None:
+    inside: list[Tensor] = []
+
+    def watched(where: Tensor) -> Tensor:
+        inside.append(where)
+        return decays(where)
+
+    amplitudes = torch.tensor([2.0, 1.0], dtype=torch.float64)
+    where = torch.tensor([theta], dtype=torch.float64)
+    columns, slope = tangents(watched, where, amplitudes)
+    torch.testing.assert_close(columns, decays(where.unsqueeze(0))[0])
+    _, expected = torch.func.jvp(lambda t: decays(t.unsqueeze(0))[0] @ amplitudes, (where,), (torch.ones_like(where),))
+    torch.testing.assert_close(slope[:, 0], expected, rtol=0, atol=20 * STEP)
+    assert all(0 <= float(one.min()) and float(one.max()) <= 1 for one in inside)
+
+
+# Error bars
+
+TRUTH = ((2.0,), (1.0, 0.3))
+SIGMA = 0.05
+
+
+def plain_errors(found: Fit) -> Tensor:
+    """The textbook's standard errors of (θ, amplitudes): s²·(JᵀJ)⁻¹."""
+    jacobian = torch.cat([found.tangent, found.columns], 1)
+    scale = found.cost / (len(found.residual) - jacobian.shape[1])
+    return (scale * torch.linalg.inv(jacobian.mT @ jacobian)).diagonal().sqrt()
+
+
+def coverage(noise: Callable[[Generator], Tensor], fits: int = 200) -> tuple[Tensor, Tensor, Tensor]:
+    """Share of fits whose 95 % interval holds the truth, for θ and each amplitude: by `covariance`, and by the plain formula; and estimates (F, 3)."""
+    truth = torch.cat([at(*TRUTH[0]), torch.tensor(TRUTH[1], dtype=torch.float64)])
+    clean, chance = planted(*TRUTH) / SIGMA, Generator().manual_seed(1)
+    ours, plain, estimates = [], [], []
+    for _ in range(fits):
+        found = fit(lambda theta: decays(theta) / SIGMA, clean + noise(chance), at(1.0), tolerance=1e-9)
+        estimate = torch.cat([found.theta, found.amplitudes])
+        ours.append((estimate - truth).abs() < 1.96 * found.covariance().diagonal().sqrt())
+        plain.append((estimate - truth).abs() < 1.96 * plain_errors(found))
+        estimates.append(estimate)
+    return torch.stack(ours).double().mean(0), torch.stack(plain).double().mean(0), torch.stack(estimates)
+
+
+def white(chance: Generator) -> Tensor:
+    return torch.randn(len(TIME), generator=chance, dtype=torch.float64)
+
+
+def autoregressive(chance: Generator) -> Tensor:
+    """Unit variance, correlation 0.7 from sample to sample."""
+    kicks, state, states = white(chance), 0.0, []
+    for kick in kicks.tolist():
+        state = 0.7 * state + math.sqrt(1 - 0.7**2) * kick
+        states.append(state)
+    return torch.tensor(states, dtype=torch.float64)
+
+
+def test_with_white_noise_95_percent_intervals_hold_the_truth_as_often() -> None:
+    covered, plain, estimates = coverage(white)
+    assert bool(((0.90 <= covered) & (covered <= 0.99)).all()), covered
+    assert bool((covered >= plain).all()), "never smaller than the ordinary formula"
+    truth = torch.cat([at(*TRUTH[0]), torch.tensor(TRUTH[1], dtype=torch.float64)])
+    bias = (estimates.mean(0) - truth).abs() / (estimates.std(0) / math.sqrt(len(estimates)))
+    assert bool((bias < 4).all()), "and the estimates scatter about the truth"
+
+
+def test_with_correlated_noise_the_robust_intervals_cover_better_than_the_plain_ones() -> None:
+    covered, plain, _ = coverage(autoregressive)
+    assert bool((covered > plain + 0.06).all()), (covered, plain)
+    assert bool((covered > 0.78).all()), covered
+    assert float(plain.max()) < 0.75, "the plain formula is badly wrong here"
+
+
+def test_error_bars_scale_with_the_noise_but_never_below_what_was_assumed() -> None:
+    """The target is whitened: a residual smaller than 1 is luck, a larger one widens the intervals."""
+    noise, clean = white(Generator().manual_seed(3)), planted(*TRUTH) / SIGMA
+    errors = [fit(lambda t: decays(t) / SIGMA, clean + size * noise, at(2.0)).covariance().diagonal().sqrt() for size in (0.01, 1.0, 4.0)]
+    assert bool((errors[2] > 3 * errors[1]).all())
+    assert bool((errors[0] > 0.7 * errors[1]).all())
+
+
+def test_the_covariance_is_symmetric_and_positive() -> None:
+    found = fit(lambda t: decays(t) / SIGMA, planted(*TRUTH) / SIGMA + white(Generator().manual_seed(3)), at(2.0))
+    covariance = found.covariance()
+    torch.testing.assert_close(covariance, covariance.mT)
+    scale = covariance.diagonal().sqrt()
+    assert float(torch.linalg.eigvalsh(covariance / scale / scale.unsqueeze(1)).min()) > 0
+    assert float((covariance / scale / scale.unsqueeze(1)).abs().max()) <= 1 + 1e-9
+
+
+def test_a_parameter_without_influence_has_no_error_bar() -> None:
+    def deaf(theta: Tensor) -> Tensor:
+        return decays(theta[:, :1])
+
+    found = fit(deaf, planted(*TRUTH) / SIGMA + white(Generator().manual_seed(3)), torch.tensor([unit(2.0), 0.5], dtype=torch.float64))
+    errors = found.covariance().diagonal()
+    assert math.isnan(float(errors[1]))
+    assert bool(torch.isfinite(errors[[0, 2, 3]]).all())
