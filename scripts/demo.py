@@ -12,6 +12,8 @@ from typing import Any
 ROOT = Path(__file__).resolve().parents[1]
 FOGZOO = Path(sys.executable).with_name("fogzoo")
 SEED = 10
+NEAR = 1.25
+"""Times the noise floor."""
 NEXT = """Your own recordings, one run a file, columns time_s, temperature_c and rate_dph (rate_dps, rate_rad_per_s, accel_ug ...):
   source .venv/bin/activate
   fogzoo diagnose 'data.files=[run_*.csv]'
@@ -38,11 +40,10 @@ def document(path: Path) -> dict[str, Any]:
     return found
 
 
-def judgement(hidden: str, truth: dict[str, Any], diagnosis: dict[str, Any]) -> str:
+def judgement(hidden: str, diagnosis: dict[str, Any], refinement: dict[str, Any]) -> str:
     """What the verdict is worth, knowing the truth."""
     named = diagnosis["missing"]
     alike = {other for one in diagnosis["candidates"] if one["effect"] in named for other in one["indistinguishable_from"]}
-    strength = truth["rms"][hidden]["value"] / diagnosis["noise_floor"]
     if named == [hidden]:
         return "Right."
     if hidden in named:
@@ -52,17 +53,22 @@ def judgement(hidden: str, truth: dict[str, Any], diagnosis: dict[str, Any]) -> 
     if named:
         return f"Wrong: it is {hidden}, and the diagnosis named {', '.join(named)}."
     called = "the model is complete" if diagnosis["verdict"] == "complete" else "something is missing, but not what"
-    return f"Missed: the diagnosis says that {called}. The effect has {strength:.1f} x the noise floor; in part the known effects take its place."
+    floor, after = refinement["noise_floor_check"], refinement["ladder"][-1]["rms_check"]
+    why = "the known effects take its place: the check run is near its noise floor all the same"
+    if not floor or after > NEAR * floor:
+        why = "yet the check run shows that something is missing, so it should have been seen"
+    return f"Missed: the diagnosis says that {called}; {why}."
 
 
 def numbers(hidden: str, truth: dict[str, Any], diagnosis: dict[str, Any]) -> None:
     """The hidden effect's parameters, true and fitted."""
     fitted = {one["effect"]: one.get("parameters") or {} for one in diagnosis["candidates"]}.get(hidden, {})
     for name, true in truth["parameters"][hidden].items():
-        found = fitted.get(name, {}).get("value")
-        error = fitted.get(name, {}).get("stderr")
+        found, error = fitted.get(name, {}).get("value"), fitted.get(name, {}).get("stderr")
+        value = "–" if found is None else f"{found:.4g}"
         spread = "" if error is None else f" ± {error:.2g}"
-        print(f"  {name:<12} true {true['value']:>9.4g}   fitted {'–' if found is None else f'{found:.4g}':>9}{spread} {true['unit']}")
+        unit = "" if true["unit"] == "1" else f" {true['unit']}"
+        print(f"  {name:<12} true {true['value']:>9.4g}   fitted {value:>9}{spread}{unit}")
 
 
 def reveal(folder: Path) -> None:
@@ -74,7 +80,7 @@ def reveal(folder: Path) -> None:
     print(f"  diagnosed    {', '.join(diagnosis['missing']) or 'nothing'}; verdict '{diagnosis['verdict']}'")
     print(f"  check run    {refinement['ladder'][0]['rms_check']:.3g} °/h before, {last['rms_check']:.3g} °/h after", end="")
     print(f"; its noise floor is {refinement['noise_floor_check']:.3g} °/h" if refinement["noise_floor_check"] else "")
-    print(f"\n  {judgement(hidden, truth, diagnosis)}\n")
+    print(f"\n  {judgement(hidden, diagnosis, refinement)}\n")
     if diagnosis["missing"]:
         numbers(hidden, truth, diagnosis)
 

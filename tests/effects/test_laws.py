@@ -86,6 +86,8 @@ def test_its_parameters_are_declared_in_full(effect) -> None:
 @pytest.mark.parametrize(("name", "one"), PARAMETERS, ids=[f"{name}.{one.name}" for name, one in PARAMETERS])
 def test_unit_and_physical_value_are_inverses(name, one) -> None:
     unit = torch.linspace(0, 1, 41, dtype=torch.float64)
+    if one.scale == "index":
+        unit = torch.linspace(0, 1, int(one.high - one.low) + 1, dtype=torch.float64)
     physical = physical_value(unit, one)
     torch.testing.assert_close(unit_value(physical, one), unit, rtol=0, atol=1e-12)
     assert sorted(physical[[0, -1]].tolist()) == pytest.approx([one.low, one.high])
@@ -95,9 +97,9 @@ def test_unit_and_physical_value_are_inverses(name, one) -> None:
 @pytest.mark.parametrize("scale", ["linear", "log", "inverse", "index"])
 def test_scales_spread_as_they_say(scale) -> None:
     one = Parameter("p", 2.0, "s", 1.0, 8.0, scale)
-    middle = {"linear": 4.5, "index": 4.5, "log": math.sqrt(8.0), "inverse": 2 / (1 + 1 / 8)}[scale]
+    middle = {"linear": 4.5, "index": 4.0, "log": math.sqrt(8.0), "inverse": 2 / (1 + 1 / 8)}[scale]
     assert float(physical_value(torch.tensor(0.5, dtype=torch.float64), one)) == pytest.approx(middle)
-    assert float(unit_value(torch.tensor(middle, dtype=torch.float64), one)) == pytest.approx(0.5)
+    assert float(unit_value(torch.tensor(middle, dtype=torch.float64), one)) == pytest.approx(3 / 7 if scale == "index" else 0.5)
     assert float(to_unit(torch.tensor([99.0]), [one])) == (0.0 if scale == "inverse" else 1.0), "clipped to the bounds"
 
 

@@ -20,6 +20,8 @@ from zoo.fitting.noise import noise_of
 from zoo.measurements.run import Run
 
 SCHEMA_VERSION = 1
+DESCRIBED = 3
+"""How many free functions describe what nothing in the catalogue explains."""
 COMPARED = 3
 """How many of the best candidates are compared with all others for what these runs cannot tell apart."""
 
@@ -108,7 +110,7 @@ def diagnose(runs: list[Run], effects: list[str], catalogue: dict[str, Effect], 
         "candidates": _candidates(bench, base, found, candidates, _trust(found, structure, floor)),
         "where": regions(bench.runs, base.residual, floor),
         "next_experiment": None,
-        "unexplained": [_dependence(item) for item in (dependences(bench, base) if verdict == "unknown" else [])],
+        "unexplained": [_dependence(item) for item in (dependences(bench, base)[:DESCRIBED] if verdict == "unknown" else [])],
         "parameters": fitted_parameters(found.final, runs[0].unit),
         "not_tried": {name: list(effect.needs) for name, effect in catalogue.items() if name not in bench.available()},
         "notes": [note for run in bench.runs for note in run.notes],

@@ -67,7 +67,7 @@ def refine(
         bench, added = diagnosis.bench, diagnosis.search.missing
     else:
         added = [add] if isinstance(add, str) else list(add)
-        twice = [name for name in added if name in effects]
+        twice = [name for place, name in enumerate(added) if name in [*effects, *added[:place]]]
         if twice:
             raise InputError(f"add: '{twice[0]}' is in the model already (effects: {', '.join(effects)})")
         bench = open_bench(runs, [*effects, *added], catalogue)

@@ -20,6 +20,8 @@ OVERWHELMING = 25.0
 """Log Bayes factor that needs no further argument."""
 MOPPING_UP = 0.03
 """Share of the variance explained so far below which an addition is taken for a correction to it (17 % in amplitude)."""
+MATERIAL = 0.1
+"""Share of the variance above the white noise that an addition must take away."""
 REFITS = 3
 MOST_ADDED = 3
 RECONSIDER = 2.0
@@ -138,10 +140,12 @@ def _round(bench: Workbench, before: Solved, names: list[str], progress: Callabl
 
 
 def _convinces(bench: Workbench, base: Solved, before: Solved, best: Trial, candidates: int) -> bool:
-    """Whether an addition is worth it: strong evidence, more than a correction, and lower error on pieces that were not fitted."""
+    """Whether an addition is worth it: strong evidence, more than a correction, a visible gain, and lower error on pieces that were not fitted."""
     if best.solved is None or not best.refitted or best.evidence < ACCEPT + math.log(max(candidates, 1)):
         return False
     if best.evidence < OVERWHELMING and _mops_up(base, before, best.solved):
+        return False
+    if before.rms**2 - best.solved.rms**2 < MATERIAL * max(before.rms**2 - bench.mixtures.white**2, 0.0) or best.solved.rms >= before.rms:
         return False
     return segment_cost(bench, best.solved) < segment_cost(bench, before)
 

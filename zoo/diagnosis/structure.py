@@ -6,6 +6,7 @@ import math
 from dataclasses import dataclass
 
 import torch
+
 from zoo.diagnosis.free_functions import free_functions
 from zoo.diagnosis.workbench import Solved, Workbench
 from zoo.fitting.projection import project

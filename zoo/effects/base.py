@@ -157,7 +157,8 @@ def physical_value(unit: Tensor, parameter: Parameter) -> Tensor:
         return low * torch.exp(unit * math.log(high / low))
     if parameter.scale == "inverse":
         return 1.0 / (1.0 / high + unit * (1.0 / low - 1.0 / high))
-    return low + unit * (high - low)
+    value = low + unit * (high - low)
+    return value.round() if parameter.scale == "index" else value
 
 
 def unit_value(physical: Tensor, parameter: Parameter) -> Tensor:

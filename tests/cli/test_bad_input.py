@@ -1,0 +1,275 @@
+"""Wrong recordings and settings, typed as a user types them: exit code 2, a line or two that help, and nothing half-written."""
+
+from __future__ import annotations
+
+import gzip
+import os
+import subprocess
+import sys
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+import pytest
+
+from zoo.cli.application import run
+
+ROWS, STEP_S = 720, 20.0
+RESULTS = {"diagnosis.json", "refinement.json", "report.html", "tensorboard", "model.yaml", "weights.pt", "metrics.json"}
+
+
+@pytest.fixture(autouse=True)
+def _elsewhere(tmp_path, monkeypatch) -> None:
+    """Somewhere else than in the checkout; what a verb leaves in the process is put back."""
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setenv("HYDRA_FULL_ERROR", "0")
+    monkeypatch.setattr(sys, "argv", [])
+
+
+def table(rows: int = ROWS, swing: float = 40.0, unit: str = "dph") -> pd.DataFrame:
+    """Four hours of a gyro: a hold, a ramp, a hold, the ramp back."""
+    time = STEP_S * np.arange(rows) + STEP_S / 2
+    ramp = np.clip(time / 3600 - 1, 0, 1) - np.clip(time / 3600 - 3, 0, 1)
+    noise = np.random.default_rng(1).normal(size=rows)
+    return pd.DataFrame({"time_s": time, "temperature_c": 20 + swing * ramp, f"rate_{unit}": (0.02 * ramp + 0.01 * noise).round(6)})
+
+
+def written(path: Path, frame: pd.DataFrame, *changes: tuple[int, str, str]) -> Path:
+    """A CSV with some cells (row as an editor counts, column, text) replaced."""
+    lines = [list(frame.columns), *frame.astype(str).to_numpy().tolist()]
+    for row, column, text in changes:
+        lines[row - 1][list(frame.columns).index(column)] = text
+    path.write_text("\n".join(",".join(line) for line in lines) + "\n")
+    return path
+
+
+@pytest.fixture
+def told(tmp_path, capsys) -> Callable[..., str]:
+    """Runs a verb that must refuse its input; gives what it said."""
+
+    def refuse(*arguments: str, verb: str = "diagnose") -> str:
+        out = tmp_path / "out"
+        assert run(verb, [*arguments, f"hydra.run.dir={out}"]) == 2
+        captured = capsys.readouterr()
+        assert 1 <= len(captured.err.strip().splitlines()) <= 2, captured.err
+        assert captured.err.startswith("error: ")
+        assert "Traceback" not in captured.err + captured.out
+        left = {path.name for path in tmp_path.rglob("*")}
+        assert not left & RESULTS, left & RESULTS
+        assert not any(name.endswith(".part") for name in left)
+        return captured.err
+
+    return refuse
+
+
+@pytest.fixture
+def refused(told, tmp_path) -> Callable[..., str]:
+    """The same for one recording, which the message must name."""
+
+    def refuse(path: Path, *more: str, verb: str = "diagnose") -> str:
+        message = told(f"data.files=[{path}]", *more, verb=verb)
+        assert path.name in message or path.name.partition(".")[0] in message
+        return message
+
+    return refuse
+
+
+def test_the_recording_that_the_others_are_spoilt_from_is_good(tmp_path, capsys) -> None:
+    path = written(tmp_path / "a.csv", table())
+    assert run("diagnose", [f"data.files=[{path}]", "candidates=[warm_up]", f"hydra.run.dir={tmp_path / 'out'}"]) == 0
+    captured = capsys.readouterr()
+    assert captured.out.splitlines()[-1] == str(tmp_path / "out" / "diagnosis.json")
+    assert {"diagnosis.json", "report.html", "tensorboard"} <= {one.name for one in (tmp_path / "out").iterdir()}
+    assert not [one for one in tmp_path.rglob("*.part")]
+
+
+# Columns and units
+
+
+@pytest.mark.parametrize("column", ["time_s", "temperature_c", "rate_dph"])
+def test_a_missing_column(refused, tmp_path, column) -> None:
+    message = refused(written(tmp_path / "a.csv", table().rename(columns={column: "foo"})))
+    assert "foo" in message, "what is there"
+    assert f"data.columns.{ {'time_s': 'time', 'temperature_c': 'temperature', 'rate_dph': 'output'}[column] }=" in message, "and how to say which it is"
+
+
+def test_a_mapped_column_that_is_not_there(refused, tmp_path) -> None:
+    message = refused(written(tmp_path / "a.csv", table()), "data.columns.output=gz")
+    assert "no column 'gz'" in message
+    assert "rate_dph" in message
+
+
+def test_an_unknown_unit(refused, told, tmp_path) -> None:
+    path = written(tmp_path / "a.csv", table().rename(columns={"rate_dph": "gz"}))
+    assert "dph|dps|rad_per_s" in refused(path, "data.columns.output=gz")
+    message = told(f"data.files=[{path}]", "data.columns.output=gz", "data.output_unit=deg/fortnight")
+    assert "unknown unit 'deg/fortnight'" in message
+    assert "dph (°/h)" in message
+
+
+def test_two_runs_in_different_units(refused, tmp_path) -> None:
+    other = written(tmp_path / "b.csv", table(unit="dps"))
+    message = refused(written(tmp_path / "a.csv", table()), f"data.files=[{tmp_path / 'a.csv'},{other}]")
+    assert "b.csv" in message
+    assert "°/h" in message
+    assert "°/s" in message
+
+
+def test_a_check_run_in_another_unit_or_without_a_column(told, tmp_path) -> None:
+    files = f"data.files=[{written(tmp_path / 'a.csv', table().assign(supply_v=5.0))}]"
+    other = written(tmp_path / "b.csv", table(unit="dps").assign(supply_v=5.0))
+    assert "one unit is needed" in told(files, f"data.check_files=[{other}]", "add=warm_up", verb="refine")
+    bare = written(tmp_path / "c.csv", table())
+    assert "c lacks the column supply_v" in told(files, f"data.check_files=[{bare}]", "add=warm_up", verb="refine")
+
+
+# Cells
+
+
+@pytest.mark.parametrize("verb", ["diagnose", "refine", "train"])
+@pytest.mark.parametrize("cell", ["n/a", "nan", "inf", "-inf", ""])
+def test_a_cell_that_is_no_finite_number(refused, tmp_path, cell, verb) -> None:
+    message = refused(written(tmp_path / "a.csv", table(), (412, "rate_dph", cell)), verb=verb)
+    assert "row 412, column rate_dph" in message
+    assert cell in message
+
+
+@pytest.mark.parametrize("value", ["110.0", "90.0", "-5"])
+def test_a_time_that_does_not_increase(refused, tmp_path, value) -> None:
+    message = refused(written(tmp_path / "a.csv", table(), (8, "time_s", value)))
+    assert "row 8, column time_s" in message
+    assert "must increase" in message
+
+
+def test_an_output_that_never_changes(refused, tmp_path) -> None:
+    message = refused(written(tmp_path / "a.csv", table().assign(rate_dph=0.25)))
+    assert "rate_dph: is 0.25 in all 720 rows" in message
+
+
+# Files
+
+
+@pytest.mark.parametrize(
+    ("name", "content", "words"),
+    [
+        ("a.csv", b"", "empty"),
+        ("a.csv", b"time_s,temperature_c,rate_dph\n", "a header and no rows"),
+        ("a.csv", b"time_s,temperature_c,rate_dph\n1,20,3\n", "one row"),
+        ("a.csv", bytes(range(256)) * 40, "binary"),
+        ("a.csv", gzip.compress(b"time_s,temperature_c,rate_dph\n1,20,3\n"), "binary"),
+        ("a.csv.gz", b"time_s,temperature_c,rate_dph\n1,20,3\n", "cannot be read"),
+        ("a.parquet", b"", "0 bytes"),
+        ("a.parquet", b"PAR1 and then nothing", "parquet"),
+        ("a.xlsx", b"PK", "possible: .csv, .csv.gz, .parquet"),
+    ],
+)
+def test_a_file_that_is_no_recording(refused, tmp_path, name, content, words) -> None:
+    (tmp_path / name).write_bytes(content)
+    assert words in refused(tmp_path / name)
+
+
+def test_files_that_are_not_there(told, tmp_path) -> None:
+    written(tmp_path / "run_1.csv", table())
+    assert "run_1.csv" in told(f"data.files=[{tmp_path / 'run_2.csv'}]"), "what is there instead"
+    assert "no file matches" in told(f"data.files=[{tmp_path / 'chamber_*.csv'}]")
+    assert "data.files" in told(), "nothing was asked for"
+
+
+# What runs cannot tell
+
+
+def test_a_constant_temperature_names_what_it_leaves_undetermined(refused, tmp_path) -> None:
+    message = refused(written(tmp_path / "a.csv", table(swing=0.0)))
+    assert "temperature_c is constant" in message
+    assert all(name in message for name in ("shupe", "mohr")), "the effects of the rate"
+    assert "ramps by 5 K" in message, "what to record instead"
+
+
+def test_a_swing_too_small_to_fit(refused, tmp_path) -> None:
+    message = refused(written(tmp_path / "a.csv", table(swing=3.0)))
+    assert "moves by 3.00 K only" in message
+    assert "at least 5 K" in message
+
+
+def test_a_run_too_short_to_fit(refused, tmp_path) -> None:
+    frame = table(rows=50).assign(temperature_c=np.linspace(20, 40, 50))
+    message = refused(written(tmp_path / "a.csv", frame), "data.average_s=20")
+    assert "at least 60" in message
+    assert "data.average_s" in message
+
+
+# Settings
+
+
+@pytest.mark.parametrize(
+    ("verb", "more", "near"),
+    [
+        ("diagnose", ["effects=[static_bias,shuppe]"], "shupe"),
+        ("diagnose", ["candidates=[histeresis]"], "hysteresis"),
+        ("refine", ["add=polarisation"], "polarization"),
+        ("refine", ["add=[warm_up,agein]"], "aging"),
+    ],
+)
+def test_an_unknown_effect_gets_the_nearest(told, tmp_path, verb, more, near) -> None:
+    message = told(f"data.files=[{written(tmp_path / 'a.csv', table())}]", *more, verb=verb)
+    assert f"did you mean {near}" in message
+    assert "static_bias" in message, "all that is known"
+
+
+def test_an_effect_that_is_there_already_or_lacks_its_column(told, tmp_path) -> None:
+    files = f"data.files=[{written(tmp_path / 'a.csv', table())}]"
+    assert "'mohr' is in the model already" in told(files, "add=mohr", verb="refine")
+    assert "'magnetic' needs the column field_ut" in told(files, "add=magnetic", verb="refine")
+    assert "needs the column supply_v" in told(files, "effects=[static_bias,supply_voltage]")
+    assert "effects=[]" in told(files, "effects=[]")
+
+
+@pytest.mark.parametrize(
+    ("setting", "words"),
+    [
+        ("data.average_s=-5", "data.average_s"),
+        ("data.average_s=soon", "auto"),
+        ("data.average_s=1e6", "choose a shorter data.average_s"),
+        ("data.reference=north", "data.reference"),
+        ("data.holdout=1.5", "data.holdout"),
+        ("data.holdout=half", "data.holdout"),
+        ("data.gap_s=0", "data.gap_s"),
+        ("data.columns.foo=rate_dph", "foo"),
+    ],
+)
+def test_a_setting_that_makes_no_sense(told, tmp_path, setting, words) -> None:
+    key = f"+{setting}" if "columns.foo" in setting else setting
+    assert words in told(f"data.files=[{written(tmp_path / 'a.csv', table())}]", key)
+
+
+@pytest.mark.parametrize("verb", ["diagnose", "refine"])
+@pytest.mark.parametrize("folder", ["file", "file/below", "/proc/nobody/writes/here"])
+def test_an_output_folder_that_cannot_be_written(tmp_path, capsys, verb, folder) -> None:
+    (tmp_path / "file").write_text("kept")
+    path = written(tmp_path / "a.csv", table())
+    assert run(verb, [f"data.files=[{path}]", f"hydra.run.dir={folder}"]) == 2
+    error = capsys.readouterr().err
+    assert 1 <= len(error.strip().splitlines()) <= 2
+    assert ("/proc/nobody" if folder.startswith("/proc") else folder) in error
+    assert "another folder" in error
+    assert "Traceback" not in error
+    assert (tmp_path / "file").read_text() == "kept"
+    assert sorted(one.name for one in tmp_path.iterdir()) == ["a.csv", "file"]
+
+
+# As the shell sees it
+
+
+@pytest.mark.parametrize("door", [["-c", "from zoo.cli import main; main()"], [str(Path(__file__).resolve().parents[2] / "scripts" / "diagnose.py")]])
+def test_the_shell_gets_the_code_and_the_message_on_the_standard_error(tmp_path, door) -> None:
+    path = written(tmp_path / "a.csv", table(), (9, "temperature_c", "warm"))
+    if not door[0].startswith("-") and not Path(door[0]).is_file():
+        pytest.skip("no scripts folder: this is no checkout")
+    verb = ["diagnose"] if door[0] == "-c" else []
+    environment = {key: value for key, value in os.environ.items() if key != "HYDRA_FULL_ERROR"}
+    command = [sys.executable, *door, *verb, f"data.files=[{path}]", f"hydra.run.dir={tmp_path / 'out'}"]
+    done = subprocess.run(command, capture_output=True, text=True, cwd=tmp_path, env=environment, check=False)
+    assert done.returncode == 2
+    assert done.stderr.strip() == f"error: {path}, row 9, column temperature_c: 'warm' is not a finite number"
+    assert done.stdout == ""
