@@ -44,6 +44,12 @@ def test_auto_climbs_to_what_is_missing(ladder, base, white) -> None:
     assert record["noise_floor_check"] == pytest.approx(white, rel=0.2)
 
 
+def test_an_effect_named_by_hand_is_searched_for_and_refitted_as_by_auto(ladder) -> None:
+    by_hand, auto = (ladder("polarization", add).record["ladder"][1] for add in (("polarization",), "auto"))
+    for key in ("rms", "rms_check"):
+        assert by_hand[key] == pytest.approx(auto[key], rel=0.02)
+
+
 def test_where_nothing_is_missing_the_ladder_is_one_rung(ladder) -> None:
     record = ladder("").record
     assert [step["added"] for step in record["ladder"]] == [None]

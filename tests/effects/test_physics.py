@@ -172,6 +172,8 @@ def test_up_and_down_differ_at_every_temperature_and_stay_within_one(warped, see
 def test_the_play_is_the_loop_of_the_textbook() -> None:
     moved = play(torch.tensor([0.0, 3.0, 5.0, 1.0, -4.0, 0.0], dtype=torch.float64), torch.tensor([2.0], dtype=torch.float64))
     assert moved.tolist() == [0.0, 1.0, 3.0, 3.0, -2.0, -2.0]
+    soaked = play(torch.tensor([50.0, 51.0, 49.0], dtype=torch.float64), torch.tensor([2.0], dtype=torch.float64))
+    assert soaked.tolist() == [50.0, 50.0, 50.0], "it starts where the first temperature puts it"
 
 
 # The others

@@ -119,6 +119,15 @@ def test_a_step_into_nonsense_is_not_taken() -> None:
     assert math.isfinite(found.cost)
 
 
+def test_where_every_step_is_nonsense_the_start_is_kept() -> None:
+    def only_there(theta: Tensor) -> Tensor:
+        return torch.where(((theta - 0.3).abs() > 2 * STEP).unsqueeze(-1), torch.nan, decays(theta))
+
+    found = fit(only_there, planted((4.0,), (1.0, 0.0)), torch.tensor([0.3], dtype=torch.float64))
+    assert (float(found.theta[0]), found.iterations) == (pytest.approx(0.3), 0)
+    assert math.isfinite(found.cost)
+
+
 @pytest.mark.parametrize("theta", [0.2, 0.5, 0.9, 0.0, 1.0])
 def test_tangents_are_derivatives_and_never_leave_the_bounds(theta) -> None:
     inside: list[Tensor] = []

@@ -112,7 +112,7 @@ def test_rows_on_an_edge_fall_into_the_bin_that_begins_there(tmp_path: Path, sta
     data = recording(10_000, 0.02)
     data["time_s"] = start + np.arange(10_000) / 50
     run = read_runs(write_measurements(tmp_path / "a.csv", data), average_s=2.0)[0]
-    assert run.count.unique().tolist() == [10]
+    assert run.count.unique().tolist() == [20]
     assert run.blocks == 100
 
 

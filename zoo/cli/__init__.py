@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import sys
 
 USAGE = """fogzoo: the thermal drift of fibre-optic gyroscopes
@@ -25,10 +26,17 @@ def main() -> None:
 
     arguments = sys.argv[1:]
     if not arguments or arguments[0] in {"-h", "--help", "help"}:
-        print(USAGE)
-        sys.exit(0 if arguments else 2)
+        sys.exit(_usage(0 if arguments else 2))
     verb = arguments[0]
     if verb not in VERBS:
         print(f"error: unknown verb '{verb}': {nearest(verb, VERBS)}", file=sys.stderr)
         sys.exit(2)
     sys.exit(run(verb, arguments[1:]))
+
+
+def _usage(code: int) -> int:
+    try:
+        print(USAGE, flush=True)
+    except BrokenPipeError:  # a pager that was closed early
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+    return code

@@ -112,7 +112,7 @@ def explain(error: BaseException) -> tuple[int, str]:
     if unknown:
         group, name = unknown.groups()
         return 2, f"error: unknown {group.removesuffix('s')} '{name}': {nearest(name, names(group))}"
-    if isinstance(error, PermissionError | FileExistsError | NotADirectoryError):
+    if isinstance(error, OSError) and error.filename:
         return 2, f"error: {error.filename}: cannot be written ({error.strerror}); choose another folder with hydra.run.dir=…"
     if isinstance(error, WRONG_SETTINGS):
         return 2, f"error: {_first_lines(error)}"

@@ -71,4 +71,9 @@ def _mapping(config: DictConfig) -> list[str]:
     ]
     checks = config.data.check_files
     listed = ",".join([checks] if isinstance(checks, str) else [str(file) for file in checks])
-    return [*columns, *others, *([f"data.check_files=[{listed}]"] if listed else [])]
+    return [*columns, *others, *([f"data.check_files=[{listed}]"] if listed else []), *_searchpath()]
+
+
+def _searchpath() -> list[str]:
+    folders = ",".join(f"file://{folder}" for folder in searchpath())
+    return [f"hydra.searchpath=[{folders}]"] if folders else []

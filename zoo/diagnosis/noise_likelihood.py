@@ -15,12 +15,13 @@ from zoo.scoring.noise import NoiseModel, Whitener
 
 FLICKER_SHARES = (0.05, 0.25, 0.6, 1.2, 2.0)
 """Bias instability over the white noise of a block: medium and tactical gyros have 0.05 to 1.7."""
-WALK_SHARES = (0.0, 0.1, 0.3, 0.8)
+WALK_SHARES = (0.0, 0.1, 0.3, 0.5, 0.8)
 """Rate random walk per √h over the white noise of a block: they have 0.02 to 0.8."""
 LEVEL_SPREAD = 0.05
 """How well the white level is known, as a share."""
 LEVELS = tuple(1.0 + 0.02 * i for i in range(-8, 13))
-TYPICAL_FLICKER, FLICKER_FACTOR = 0.25, 2.5
+TYPICAL_FLICKER, TYPICAL_WALK, FACTOR = 0.25, 0.1, 2.5
+"""Log-normal prior of both shares; no walk at all is as likely as the typical one."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -58,13 +59,13 @@ class NoiseMixtures:
         for flicker in FLICKER_SHARES:
             for walk in WALK_SHARES:
                 noise = NoiseModel(self.white, flicker * self.white, walk * self.white)
-                prior = -0.5 * (math.log(flicker / TYPICAL_FLICKER) / math.log(FLICKER_FACTOR)) ** 2
+                prior = _log_prior(flicker, TYPICAL_FLICKER) + _log_prior(walk or TYPICAL_WALK, TYPICAL_WALK)
                 found.append((noise, Whitener(noise, self.times, self.shares), prior))
         return found
 
     def exhausted(self, noise: NoiseModel) -> bool:
-        """Whether a mixture has as much flicker and as much random walk as any gyro: then the residual is hardly noise."""
-        return noise.flicker >= 0.99 * FLICKER_SHARES[-1] * noise.white and noise.walk >= 0.99 * WALK_SHARES[-1] * noise.white
+        """Whether a mixture has as much random walk as any gyro: then the residual is hardly noise."""
+        return noise.walk >= 0.99 * WALK_SHARES[-1] * noise.white
 
     def most_likely(self, columns: Tensor, target: Tensor) -> Likely:
         """Fit the amplitudes under every mixture and keep the likeliest.
@@ -80,6 +81,10 @@ class NoiseMixtures:
             cost = float(project(white[:, :-1], white[:, -1]).cost)
             results.append(_with_level(cost, len(target), whitener.log_determinant, prior, noise))
         return max(results, key=lambda likely: likely.logarithm)
+
+
+def _log_prior(share: float, typical: float) -> float:
+    return -0.5 * (math.log(share / typical) / math.log(FACTOR)) ** 2
 
 
 def _with_level(cost: float, size: int, log_determinant: float, prior: float, noise: NoiseModel) -> Likely:

@@ -38,5 +38,6 @@ def fitted_parameters(solved: Solved, unit: str) -> dict[str, Fitted]:
 
 
 def _entry(parameter: Parameter, value: Tensor, error: Tensor, unit: str) -> dict[str, Any]:
-    stderr = float(error) if math.isfinite(float(error)) else None  # None: the residual does not depend on it
+    known = math.isfinite(float(error)) and parameter.scale != "index"  # a residual that does not depend on it, or a whole number, gives no error bar
+    stderr = float(error) if known else None
     return {"value": float(value), "stderr": stderr, "unit": parameter.unit.replace("unit", unit)}

@@ -18,6 +18,7 @@ from zoo.fitting.noise import noise_of
 from zoo.measurements.run import Run
 from zoo.models.graybox import GrayBox
 from zoo.models.prediction import predict_blocks
+from zoo.scoring.noise import NoiseModel
 
 
 @dataclass(frozen=True, eq=False)
@@ -99,10 +100,21 @@ def _record(bench: Workbench, solutions: list[Solved], check_runs: list[Run], ad
         "check_runs": [run.name for run in check_runs],
         "ladder": ladder,
         "noise_floor": bench.noise_floor(solutions[-1]) if structure.is_noise else bench.mixtures.white,
-        "noise_floor_check": noise_of(check_runs).white if check_runs else None,
+        "noise_floor_check": _check_floor(check_runs, solutions[-1].likely.noise if structure.is_noise else None),
         "verdict": "complete" if structure.is_noise else "unknown",
         "parameters": fitted_parameters(solutions[-1], bench.runs[0].unit),
     }
+
+
+def _check_floor(runs: list[Run], fitted: NoiseModel | None) -> float | None:
+    """RMS that complete predictions of the check runs would leave [unit]: their own white noise, coloured as that of the fitted runs is."""
+    if not runs:
+        return None
+    white = noise_of(runs).white
+    scale = 0.0 if fitted is None else white / fitted.white
+    noise = NoiseModel(white, 0.0) if fitted is None else NoiseModel(white, scale * fitted.flicker, scale * fitted.walk)
+    variance = torch.cat([noise.covariance(run.block_mean(run.time), run.block_share()).diagonal() for run in runs])
+    return float(variance.mean().sqrt())
 
 
 def check_rms(model: GrayBox, runs: list[Run]) -> float | None:

@@ -117,8 +117,9 @@ def settle(
     as_assumed = likely.walk <= 0 and likely.flicker < RECONSIDER * assumed.flicker
     if as_assumed or bench.mixtures.exhausted(likely):
         return bench, found
-    bench = bench.with_noise(likely)
-    return bench, search(bench, bench.solve(names), candidates, progress)
+    again = bench.with_noise(likely)
+    second = search(again, again.solve(names), candidates, progress)
+    return (bench, found) if second.missing == found.missing else (again, second)
 
 
 def _round(bench: Workbench, before: Solved, names: list[str], progress: Callable[[str], None]) -> Step:
@@ -166,7 +167,10 @@ def _prune(bench: Workbench, full: Solved, base: Solved) -> Solved:
 
 
 def posterior(trials: list[Trial]) -> dict[str, float]:
-    """Probability of each candidate of one round, against each other and against none, all equally likely before (softmax of the evidence)."""
-    logs = torch.tensor([0.0, *(trial.evidence for trial in trials)], dtype=torch.float64)
+    """Probability of each candidate of one round, against each other and against none (softmax of the evidence).
+
+    Before looking, none is as much likelier as the evidence that an addition must reach: a candidate at the threshold gets about one half.
+    """
+    logs = torch.tensor([ACCEPT + math.log(max(len(trials), 1)), *(trial.evidence for trial in trials)], dtype=torch.float64)
     weights = torch.softmax(logs, dim=0)[1:]
     return {trial.screened.name: float(weight) for trial, weight in zip(trials, weights, strict=True)}

@@ -57,7 +57,7 @@ def examine(bench: Workbench, final: Solved, base: Solved) -> Structure:
     """Test the residual of a model against noise, absolutely.
 
     Noise means that the likeliest mixture of white, flicker and random walk within what gyros have reaches χ²/dof = 1, within what the noise level is
-    uncertain by, without all the flicker and random walk there may be, and that no smooth function of temperature, rate, time or a recorded input
+    uncertain by, without all the random walk there may be, and that no smooth function of temperature, rate, time or a recorded input
     explains a material share. Where effects were added to `base`, a small part of what they explained may remain: a catalogue's form is never
     nature's.
 

@@ -18,7 +18,7 @@ class Shupe(Effect):
 
     name = "shupe"
     shape = (
-        Parameter("diffusion_time", 60.0, "s", 5.0, 1200.0, "log", source="prior: d²/(π²a), 30 s to 470 s", meaning="heat diffusion across the winding"),
+        Parameter("diffusion_time", 60.0, "s", 5.0, 1200.0, "log", source="prior: d²/(π²a), 30 s to 470 s", meaning="diffusion across the winding"),
     )
     amplitudes = (
         Parameter("weight", 0.0, "unit/(K/min)", -100.0, 100.0, source="prior: 0.1 (quadrupolar) to 38 (cylindrical)", meaning="C_w of the winding"),

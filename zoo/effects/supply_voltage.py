@@ -10,7 +10,7 @@ NOMINAL_V = 5.0
 
 
 class SupplyVoltage(Effect):
-    """Error p·(V − 5 V): loop gain, reset height and optical power follow the supply (0.001–0.02 °/h per per cent of the supply, an engineering prior)."""
+    """Error p·(V − 5 V): loop gain, reset height and optical power follow the supply (prior: 0.001–0.02 °/h per per cent)."""
 
     name = "supply_voltage"
     place = "housing"

@@ -44,7 +44,7 @@ def read_runs(
         gap_s: longest time between rows that is no gap [s]; None for five median steps.
 
     Returns:
-        The runs in the files' order, with the same columns. The fine grid is a tenth of a block, or the rows themselves where it would hold
+        The runs in the files' order, with the same columns. The fine grid is a fifth of a block, or the rows themselves where it would hold
         fewer than two of them.
 
     Raises:

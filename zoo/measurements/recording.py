@@ -16,7 +16,7 @@ from zoo.measurements.binning import Bins, Clock, Level, join, merge, starts
 AUTO_S = (1.0, 2.0, 5.0, 10.0, 20.0, 50.0, 100.0)
 ENOUGH_BLOCKS = 400
 FINE_PER_BLOCK = 5
-# In ticks of a tenth of the shortest block: each divides the next, and every fine step is a multiple of one of them.
+# In ticks of a fifth of the shortest block: each divides the next, and every fine step is a multiple of one of them.
 _NESTED = (1, 10, 100)
 
 Average = float | None | Literal["auto"]

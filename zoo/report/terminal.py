@@ -101,7 +101,7 @@ def _table(*columns: tuple[str, bool]) -> Table:
     table = Table(box=None, pad_edge=False, padding=(0, 2, 0, 0), header_style="dim")
     for i, (name, numeric) in enumerate(columns):
         # The first column holds a name: it gives way where the line is too short, and is folded.
-        first: dict[str, Any] = {"overflow": "fold", "min_width": 8} if i == 0 else {"no_wrap": True}
+        first: dict[str, Any] = {"overflow": "fold", "min_width": 8} if i == 0 else {"no_wrap": True, "overflow": "ellipsis"}
         table.add_column(escape(name), justify="right" if numeric else "left", **first)
     return table
 
