@@ -60,6 +60,7 @@ def judge(case: str, found: Refinement, above_floor: float) -> None:
     assert record["noise_floor_check"] == pytest.approx(0.008, rel=0.15), "white noise of 0.08 °/h at 1 s, in 100 s"
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("case", CASES)
 def test_a_gyro_with_something_hidden(case) -> None:
     folder = SHARED / "mystery" / case
@@ -95,6 +96,7 @@ def cubic_rms(fitted: Run, held_out: Run) -> float:
     return float(np.sqrt(np.mean((truth - unseen @ weights) ** 2)))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("output", REAL)
 def test_a_real_recording(output) -> None:
     """An IMU in a thermal chamber: sensor, chamber and physics are not documented, so only what must hold for any answer is asked."""

@@ -243,6 +243,29 @@ def test_a_setting_that_makes_no_sense(told, tmp_path, setting, words) -> None:
     assert words in told(f"data.files=[{written(tmp_path / 'a.csv', table())}]", key)
 
 
+@pytest.mark.parametrize(
+    ("verb", "setting"),
+    [
+        ("diagnose", "candidates=5"),
+        ("diagnose", "candidates=null"),
+        ("refine", "add=5"),
+        ("refine", "add=null"),
+        ("diagnose", "data.holdout=null"),
+        ("diagnose", "data.files=5"),
+        ("diagnose", "data.files=null"),
+    ],
+)
+def test_a_setting_of_the_wrong_kind_is_named_and_no_type_error(told, tmp_path, verb, setting) -> None:
+    message = told(f"data.files=[{written(tmp_path / 'a.csv', table())}]", setting, verb=verb)
+    assert setting.partition("=")[0] in message
+    assert "TypeError" not in message
+
+
+def test_one_candidate_needs_no_brackets(tmp_path) -> None:
+    path = written(tmp_path / "a.csv", table())
+    assert run("diagnose", [f"data.files=[{path}]", "candidates=warm_up", f"hydra.run.dir={tmp_path / 'out'}"]) == 0
+
+
 @pytest.mark.parametrize("verb", ["diagnose", "refine"])
 @pytest.mark.parametrize("folder", ["file", "file/below", "/proc/nobody/writes/here"])
 def test_an_output_folder_that_cannot_be_written(tmp_path, capsys, verb, folder) -> None:

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import copy
 import math
+from dataclasses import replace
 
 import pytest
 import torch
@@ -12,7 +14,7 @@ from zoo.catalog import names
 from zoo.diagnosis.alike import indistinguishable
 from zoo.diagnosis.cross_validation import rms_by_run, segment_cost
 from zoo.diagnosis.screening import Screened, screen
-from zoo.diagnosis.search import Trial, posterior
+from zoo.diagnosis.search import ACCEPT, Trial, posterior
 from zoo.diagnosis.structure import examine
 from zoo.fitting.projection import project
 from zoo.scoring.noise import NoiseModel
@@ -27,7 +29,8 @@ def test_a_posterior_sums_to_less_than_one(evidences) -> None:
     chances = posterior([trial(str(i), value) for i, value in enumerate(evidences)])
     assert sum(chances.values()) <= 1 + 1e-12
     assert all(0 <= chance <= 1 for chance in chances.values())
-    none = 1 / (1 + sum(math.exp(value) for value in evidences)) if max(evidences, default=0) < 100 else 0.0
+    odds = math.exp(ACCEPT) * max(len(evidences), 1)  # of nothing at all, before looking
+    none = odds / (odds + sum(math.exp(value) for value in evidences)) if max(evidences, default=0) < 100 else 0.0
     assert sum(chances.values()) == pytest.approx(1 - none)
 
 
@@ -101,6 +104,21 @@ def test_the_absolute_test_passes_noise_and_fails_a_fault(diagnosis) -> None:
     assert examine(wrong.bench, wrong.search.final, wrong.search.base).is_noise
 
 
+def test_the_absolute_test_does_not_rest_on_the_colour_of_the_noise_alone(diagnosis, monkeypatch) -> None:
+    """Level and smooth dependences fail a fault by themselves, each."""
+    found = diagnosis("rate_temperature_coupling")
+    bench, base, final = found.bench, found.search.base, found.search.final
+    monkeypatch.setattr(type(bench.mixtures), "exhausted", lambda mixtures, noise: False)
+    assert examine(bench, final, base).is_noise
+    assert not examine(bench, base, base).is_noise
+    monkeypatch.setattr("zoo.diagnosis.structure.dependences", lambda bench, final: [])
+    loud = replace(base, design=copy.copy(base.design))
+    loud.design.error = base.design.error + 6 * bench.mixtures.white * torch.sin(torch.arange(bench.blocks, dtype=torch.float64) * 2.0)
+    structure = examine(bench, loud, loud)
+    assert structure.excess > 1
+    assert not structure.is_noise
+
+
 def test_an_effect_is_distinguishable_from_what_looks_different(diagnosis) -> None:
     found = diagnosis("bias_step")
     bench, base, final = found.bench, found.search.base, found.search.final
@@ -117,7 +135,7 @@ def test_an_effect_is_indistinguishable_from_its_own_double(diagnosis, monkeypat
     assert "double" in indistinguishable(bench, base, final, ["double"])
 
 
-@pytest.mark.parametrize("mixture", [(1.0, 0.05, 0.0), (1.0, 0.6, 0.0), (1.0, 0.25, 0.8), (1.1, 1.2, 0.3)])
+@pytest.mark.parametrize("mixture", [(1.0, 0.05, 0.0), (1.0, 0.6, 0.0), (1.0, 0.25, 0.3), (1.1, 1.2, 0.1)])
 def test_the_likeliest_mixture_resembles_the_noise_that_was_drawn(diagnosis, mixture) -> None:
     found = diagnosis("")
     mixtures, columns = found.bench.mixtures, found.search.base.plain

@@ -8,6 +8,7 @@ from typing import Any
 
 from zoo.diagnosis.alike import indistinguishable
 from zoo.diagnosis.cross_validation import rms_by_run
+from zoo.diagnosis.noise_likelihood import NoiseMixtures
 from zoo.diagnosis.parameters import fitted_parameters
 from zoo.diagnosis.preparation import check_swing, without_spikes
 from zoo.diagnosis.regions import regions, runs_rms
@@ -68,7 +69,7 @@ def open_bench(runs: list[Run], effects: list[str], catalogue: dict[str, Effect]
     check_swing(runs, {name: catalogue[name] for name in effects})
     clean = without_spikes(runs)
     noise = noise_of(clean)
-    return Workbench(clean, catalogue, noise, noise.white)
+    return Workbench(clean, catalogue, noise, NoiseMixtures(clean, noise.white))
 
 
 def diagnose(runs: list[Run], effects: list[str], catalogue: dict[str, Effect], progress: Callable[[str], None] = lambda _: None) -> Diagnosis:

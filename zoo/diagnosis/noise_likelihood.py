@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, replace
-from functools import cached_property
 
 import torch
 from torch import Tensor
@@ -20,6 +19,7 @@ WALK_SHARES = (0.0, 0.1, 0.3, 0.5, 0.8)
 LEVEL_SPREAD = 0.05
 """How well the white level is known, as a share."""
 LEVELS = tuple(1.0 + 0.02 * i for i in range(-8, 13))
+START = (1, 1)
 TYPICAL_FLICKER, TYPICAL_WALK, FACTOR = 0.25, 0.1, 2.5
 """Log-normal prior of both shares; no walk at all is as likely as the typical one."""
 
@@ -40,7 +40,7 @@ class Likely:
 
 
 class NoiseMixtures:
-    """The mixtures that a gyro may have, each with its whitener; made once for a set of runs."""
+    """The mixtures that a gyro may have, each with its whitener."""
 
     def __init__(self, runs: list[Run], white: float) -> None:
         """Keep the runs' blocks.
@@ -51,36 +51,53 @@ class NoiseMixtures:
         """
         self.times, self.shares = [run.block_mean(run.time) for run in runs], [run.block_share() for run in runs]
         self.white = white
+        self._made: dict[tuple[int, int], tuple[NoiseModel, Whitener]] = {}
 
-    @cached_property
-    def mixtures(self) -> list[tuple[NoiseModel, Whitener, float]]:
-        """Each mixture with its whitener and the logarithm of its prior."""
-        found = []
-        for flicker in FLICKER_SHARES:
-            for walk in WALK_SHARES:
-                noise = NoiseModel(self.white, flicker * self.white, walk * self.white)
-                prior = _log_prior(flicker, TYPICAL_FLICKER) + _log_prior(walk or TYPICAL_WALK, TYPICAL_WALK)
-                found.append((noise, Whitener(noise, self.times, self.shares), prior))
-        return found
+    def whitener(self, place: tuple[int, int]) -> tuple[NoiseModel, Whitener]:
+        """The mixture at a place of the grid flicker × walk, and its whitener, made at first use."""
+        if place not in self._made:
+            flicker, walk = FLICKER_SHARES[place[0]], WALK_SHARES[place[1]]
+            noise = NoiseModel(self.white, flicker * self.white, walk * self.white)
+            self._made[place] = (noise, Whitener(noise, self.times, self.shares))
+        return self._made[place]
 
     def exhausted(self, noise: NoiseModel) -> bool:
         """Whether a mixture has as much random walk as any gyro: then the residual is hardly noise."""
         return noise.walk >= 0.99 * WALK_SHARES[-1] * noise.white
 
     def most_likely(self, columns: Tensor, target: Tensor) -> Likely:
-        """Fit the amplitudes under every mixture and keep the likeliest.
+        """Climb to the likeliest mixture from the typical one, the amplitudes fitted under each.
 
         Args:
             columns: (N, K) block means of a model's columns, its tangents included [unit].
             target: (N,) block means of what they are fitted to [unit].
         """
         joined = torch.cat([columns, target.unsqueeze(1)], dim=1)
-        results = []
-        for noise, whitener, prior in self.mixtures:
-            white = whitener(joined)
-            cost = float(project(white[:, :-1], white[:, -1]).cost)
-            results.append(_with_level(cost, len(target), whitener.log_determinant, prior, noise))
-        return max(results, key=lambda likely: likely.logarithm)
+        known: dict[tuple[int, int], Likely] = {}
+        place = START
+        while True:
+            for near in _neighbours(place):
+                if near not in known:
+                    known[near] = self._at(near, joined)
+            best = max(_neighbours(place), key=lambda near: known[near].logarithm)
+            if best == place:
+                return known[place]
+            place = best
+
+    def _at(self, place: tuple[int, int], joined: Tensor) -> Likely:
+        noise, whitener = self.whitener(place)
+        white = whitener(joined)
+        cost = float(project(white[:, :-1], white[:, -1]).cost)
+        walk = WALK_SHARES[place[1]] or TYPICAL_WALK
+        prior = _log_prior(FLICKER_SHARES[place[0]], TYPICAL_FLICKER) + _log_prior(walk, TYPICAL_WALK)
+        return _with_level(cost, len(joined), whitener.log_determinant, prior, noise)
+
+
+def _neighbours(place: tuple[int, int]) -> list[tuple[int, int]]:
+    """A place of the grid and those next to it."""
+    i, j = place
+    around = [(i, j), (i - 1, j), (i + 1, j), (i, j - 1), (i, j + 1)]
+    return [(a, b) for a, b in around if 0 <= a < len(FLICKER_SHARES) and 0 <= b < len(WALK_SHARES)]
 
 
 def _log_prior(share: float, typical: float) -> float:

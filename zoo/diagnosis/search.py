@@ -24,8 +24,8 @@ MATERIAL = 0.1
 """Share of the variance above the white noise that an addition must take away."""
 REFITS = 3
 MOST_ADDED = 3
-RECONSIDER = 2.0
-"""Ratio of flicker found to flicker assumed above which the search is repeated."""
+RECONSIDER, SLOW = 2.0, 0.2
+"""Ratio of flicker found to flicker assumed, and share of random walk per √h, above which the search is repeated."""
 
 
 @dataclass(eq=False)
@@ -114,7 +114,7 @@ def settle(
     """
     found = search(bench, bench.solve(names), candidates, progress)
     likely, assumed = found.final.likely.noise, bench.noise
-    as_assumed = likely.walk <= 0 and likely.flicker < RECONSIDER * assumed.flicker
+    as_assumed = likely.walk < SLOW * likely.white and likely.flicker < RECONSIDER * assumed.flicker
     if as_assumed or bench.mixtures.exhausted(likely):
         return bench, found
     again = bench.with_noise(likely)

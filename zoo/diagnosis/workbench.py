@@ -76,17 +76,17 @@ class Solved:
 class Workbench:
     """The runs, their noise, and the effects that may be combined."""
 
-    def __init__(self, runs: list[Run], effects: dict[str, Effect], noise: NoiseModel, white: float) -> None:
+    def __init__(self, runs: list[Run], effects: dict[str, Effect], noise: NoiseModel, mixtures: NoiseMixtures) -> None:
         """Keep what all fits share.
 
         Args:
             runs: R runs with the same columns.
             effects: every effect that may be named, freshly built.
             noise: of the block means, what fits are weighted with.
-            white: RMS of its white part as known from differences [unit].
+            mixtures: what it may be.
         """
         self.runs, self.effects, self.noise = runs, effects, noise
-        self.mixtures = NoiseMixtures(runs, white)
+        self.mixtures = mixtures
         self.inputs = list(runs[0].columns)
         self.whitener = Whitener(noise, [run.block_mean(run.time) for run in runs], [run.block_share() for run in runs])
         self.in_motion = any(starts_in_motion(run) for run in runs)
@@ -187,4 +187,4 @@ class Workbench:
 
     def with_noise(self, noise: NoiseModel) -> Workbench:
         """The same runs, fits weighted with another noise model."""
-        return Workbench(self.runs, self.effects, noise, self.mixtures.white)
+        return Workbench(self.runs, self.effects, noise, self.mixtures)
