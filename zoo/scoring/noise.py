@@ -19,7 +19,7 @@ class NoiseModel:
 
     Attributes:
         white: RMS of the white part of a full block's mean [output's unit].
-        flicker: bias instability B [output's unit], one-sided spectrum B²/(2πf).
+        flicker: bias instability B [output's unit], one-sided spectrum B²/(πf), Allan deviation √(2 ln2/π)·B.
         walk: rate random walk K [output's unit per √h], variance K²·t since the run's start.
     """
 
@@ -30,8 +30,8 @@ class NoiseModel:
     def covariance(self, time: Tensor, share: Tensor) -> Tensor:
         """Covariance of the block means of one run.
 
-        Flicker is a chain of first-order Markov processes whose time constants grow by a factor q = 4, each of variance B²·ln(q)/(2π)
-        (the sum's spectrum is B²/(2πf) within the chain; Kasdin 1995, Proc. IEEE 83:802).
+        Flicker is a chain of first-order Markov processes whose time constants grow by a factor q = 4, each of variance B²·ln(q)/π
+        (the sum's spectrum is B²/(πf) within the chain; Kasdin 1995, Proc. IEEE 83:802).
 
         Args:
             time: (N,) block centres [s].
@@ -47,13 +47,21 @@ class NoiseModel:
         if self.flicker == 0 or time.numel() < 2:
             return matrix
         delay = (time.unsqueeze(0) - time.unsqueeze(1)).abs()
-        step, span = float(torch.diff(time).median()), float(time[-1] - time[0])
-        variance = self.flicker**2 * math.log(CHAIN_RATIO) / (2 * math.pi)
-        tau = step
-        while tau < 4 * span:
-            matrix = matrix + variance * torch.exp(-delay / tau)
+        block, span = float(torch.diff(time).median()), float(time[-1] - time[0])
+        variance = self.flicker**2 * math.log(CHAIN_RATIO) / math.pi
+        tau = block / CHAIN_RATIO**2
+        while tau < CHAIN_RATIO * span:
+            matrix = matrix + variance * _of_means(delay, block, tau)
             tau *= CHAIN_RATIO
         return matrix
+
+
+def _of_means(delay: Tensor, block: float, tau: float) -> Tensor:
+    """Correlation of the means over blocks of a first-order Markov process of unit variance, from the distance of their centres."""
+    ratio = tau / block
+    gone = -math.expm1(-1.0 / ratio)
+    apart = (ratio * gone) ** 2 * torch.exp(-(delay - block).clamp_min(0.0) / tau)
+    return torch.where(delay > 0, apart, 2.0 * ratio * (1.0 - ratio * gone))
 
 
 class Whitener:
