@@ -110,9 +110,8 @@ def test_a_real_recording(output) -> None:
     assert found.diagnosis is not None
     said, ladder = json.loads(json.dumps(found.diagnosis.record, allow_nan=False)), found.record["ladder"]
     checks, cubic = [step["rms_check"] for step in ladder], cubic_rms(fitted, held_out)
-    print(
-        f"{output}: {said['verdict']} {said['missing']}, held out {', '.join(f'{one:.3g}' for one in checks)}, cubic {cubic:.3g}, floor {said['noise_floor']:.3g}"
-    )
+    steps = ", ".join(f"{one:.3g}" for one in checks)
+    print(f"{output}: {said['verdict']} {said['missing']}, held out {steps}, cubic {cubic:.3g}, floor {said['noise_floor']:.3g}")
     assert said["missing"] or said["verdict"] == "unknown", "three effects of a gyro's coil are not all there is in this IMU"
     assert all(math.isfinite(one) for one in checks)
     assert ladder[-1]["rms"] < ladder[0]["rms"] or len(ladder) == 1

@@ -81,7 +81,7 @@ def test_the_recording_that_the_others_are_spoilt_from_is_good(tmp_path, capsys)
     captured = capsys.readouterr()
     assert captured.out.splitlines()[-1] == str(tmp_path / "out" / "diagnosis.json")
     assert {"diagnosis.json", "report.html", "tensorboard"} <= {one.name for one in (tmp_path / "out").iterdir()}
-    assert not [one for one in tmp_path.rglob("*.part")]
+    assert not list(tmp_path.rglob("*.part"))
 
 
 # Columns and units
@@ -91,7 +91,8 @@ def test_the_recording_that_the_others_are_spoilt_from_is_good(tmp_path, capsys)
 def test_a_missing_column(refused, tmp_path, column) -> None:
     message = refused(written(tmp_path / "a.csv", table().rename(columns={column: "foo"})))
     assert "foo" in message, "what is there"
-    assert f"data.columns.{ {'time_s': 'time', 'temperature_c': 'temperature', 'rate_dph': 'output'}[column] }=" in message, "and how to say which it is"
+    role = {"time_s": "time", "temperature_c": "temperature", "rate_dph": "output"}[column]
+    assert f"data.columns.{role}=" in message, "and how to say which it is"
 
 
 def test_a_mapped_column_that_is_not_there(refused, tmp_path) -> None:

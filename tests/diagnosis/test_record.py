@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import math
 from dataclasses import replace
+from itertools import pairwise
 from typing import Any
 
 import pytest
@@ -109,7 +110,7 @@ def test_where_covers_every_block_once(diagnosis, monkeypatch) -> None:
         times = run.block_mean(run.time)
         counts = [int(((times > one["from_s"]) & (times < one["to_s"])).sum()) for one in own]
         assert sum(counts) == run.blocks
-        assert all(before["to_s"] <= after["from_s"] + 1e-6 for before, after in zip(own[:-1], own[1:], strict=True))
+        assert all(before["to_s"] <= after["from_s"] + 1e-6 for before, after in pairwise(own))
         energy = sum(count * one["rms"] ** 2 for count, one in zip(counts, own, strict=True))
         assert energy == pytest.approx(float(part.square().sum()))
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from itertools import pairwise
 
 import pytest
 import torch
@@ -60,7 +61,7 @@ def test_where_nothing_is_missing_the_ladder_is_one_rung(ladder) -> None:
 def test_the_error_on_fitted_runs_never_rises(ladder, add) -> None:
     steps = ladder("polarization", add).record["ladder"]
     assert [step["added"] for step in steps] == [None, *add]
-    for before, after in zip(steps[:-1], steps[1:], strict=True):
+    for before, after in pairwise(steps):
         assert after["rms"] <= before["rms"] * 1.002, after["added"]
 
 

@@ -43,9 +43,12 @@ def seen() -> Callable[..., History]:
     clock's first reading), coil (lag in s and weight, may carry batch axes).
     """
 
-    def make(effect: Effect, step_s: float = 60.0, knots: Any = KNOTS, run: int = 1, inputs: Any = None, start_s: float = 0.0, coil: Any = COIL) -> History:
+    def make(
+        effect: Effect, step_s: float = 60.0, knots: Any = KNOTS, run: int = 1, inputs: Any = None, start_s: float = 0.0, coil: Any = COIL
+    ) -> History:
         time = torch.arange(0, knots[-1][0] * 3600 + step_s / 2, step_s, dtype=torch.float64)
-        outer = straight(time, tuple((max(0.0, hour - 1 / 12) if i else 0.0, value) for i, (hour, value) in enumerate(knots[:-1])) + (knots[-1],))
+        earlier = [(max(0.0, hour - 1 / 12), value) for hour, value in knots[:-1]]
+        outer = straight(time, (*earlier, knots[-1]))
         table = {"reference": torch.full_like(time, 9.66)}
         for name in effect.needs:
             table[name] = wandering(name, time) if inputs is None else torch.full_like(time, inputs[name])

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from itertools import pairwise
+
 import pytest
 import torch
 from torch import Tensor
@@ -120,7 +122,7 @@ def test_sensor_lag_is_the_lag_times_the_rate_in_a_ramp(seen) -> None:
 
 def path(*turns: float, steps: int = 50) -> Tensor:
     """Straight from turn to turn."""
-    parts = [torch.linspace(a, b, steps + 1, dtype=torch.float64)[1:] for a, b in zip(turns[:-1], turns[1:], strict=True)]
+    parts = [torch.linspace(a, b, steps + 1, dtype=torch.float64)[1:] for a, b in pairwise(turns)]
     return torch.cat([torch.tensor([turns[0]], dtype=torch.float64), *parts])
 
 

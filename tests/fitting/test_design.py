@@ -108,7 +108,8 @@ def test_many_shapes_of_one_effect_at_a_fixed_coil(name) -> None:
     for i in (0, len(shapes) - 1):
         coil = len(made.model.coil_parameters)
         effect.shape_value.data = shapes[i]
-        torch.testing.assert_close(found[i], made.whitener(plainly(alone, torch.cat([theta[:coil], alone.model.theta()[coil:]]))), rtol=1e-7, atol=1e-7)
+        expected = made.whitener(plainly(alone, torch.cat([theta[:coil], alone.model.theta()[coil:]])))
+        torch.testing.assert_close(found[i], expected, rtol=1e-7, atol=1e-7)
 
 
 def test_runs_keep_the_numbers_they_are_given() -> None:

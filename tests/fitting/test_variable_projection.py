@@ -142,7 +142,7 @@ def test_tangents_are_derivatives_and_never_leave_the_bounds(theta) -> None:
     torch.testing.assert_close(columns, decays(where.unsqueeze(0))[0])
     _, expected = torch.func.jvp(lambda t: decays(t.unsqueeze(0))[0] @ amplitudes, (where,), (torch.ones_like(where),))
     torch.testing.assert_close(slope[:, 0], expected, rtol=0, atol=20 * STEP)
-    assert all(0 <= float(one.min()) and float(one.max()) <= 1 for one in inside)
+    assert all(float(one.min()) >= 0 and float(one.max()) <= 1 for one in inside)
 
 
 # Error bars
@@ -159,7 +159,7 @@ def plain_errors(found: Fit) -> Tensor:
 
 
 def coverage(noise: Callable[[Generator], Tensor], fits: int = 200) -> tuple[Tensor, Tensor, Tensor]:
-    """Share of fits whose 95 % interval holds the truth, for θ and each amplitude: by `covariance`, and by the plain formula; and estimates (F, 3)."""
+    """Share of fits whose 95 % interval holds the truth, for θ and each amplitude, by `covariance` and by the plain formula; estimates (F, 3)."""
     truth = torch.cat([at(*TRUTH[0]), torch.tensor(TRUTH[1], dtype=torch.float64)])
     clean, chance = planted(*TRUTH) / SIGMA, Generator().manual_seed(1)
     ours, plain, estimates = [], [], []
@@ -187,7 +187,7 @@ def autoregressive(chance: Generator) -> Tensor:
 
 def test_with_white_noise_95_percent_intervals_hold_the_truth_as_often() -> None:
     covered, plain, estimates = coverage(white)
-    assert bool(((0.90 <= covered) & (covered <= 0.99)).all()), covered
+    assert bool(((covered >= 0.90) & (covered <= 0.99)).all()), covered
     assert bool((covered >= plain).all()), "never smaller than the ordinary formula"
     truth = torch.cat([at(*TRUTH[0]), torch.tensor(TRUTH[1], dtype=torch.float64)])
     bias = (estimates.mean(0) - truth).abs() / (estimates.std(0) / math.sqrt(len(estimates)))

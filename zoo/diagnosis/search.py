@@ -123,21 +123,29 @@ def settle(
 
 
 def _round(bench: Workbench, before: Solved, names: list[str], progress: Callable[[str], None]) -> Step:
-    screened = screen(bench, before, names)
-    size = math.log(bench.blocks)
-    guesses = [0.5 * candidate.gain - 0.5 * candidate.freedom * size for candidate in screened]
-    order = sorted(range(len(screened)), key=lambda i: -guesses[i])
-    trials = []
-    for rank, i in enumerate(order):
-        solved, evidence = None, guesses[i]
-        refitted = rank < REFITS and guesses[i] > HOPELESS
-        if guesses[i] > HOPELESS:
-            progress(f"{' + '.join(before.names)} + {screened[i].name}?")
-            solved = (bench.extend if refitted else bench.peek)(before, screened[i].name, screened[i].shape)
-            evidence = bench.evidence(before, solved)
-        trials.append(Trial(screened[i], solved, evidence, refitted))
+    trials = [_glance(bench, before, candidate) for candidate in screen(bench, before, names)]
+    for trial in _worth_a_refit(trials):
+        progress(f"{' + '.join(before.names)} + {trial.screened.name}?")
+        trial.solved = bench.extend(before, trial.screened.name, trial.screened.shape)
+        trial.evidence, trial.refitted = bench.evidence(before, trial.solved), True
     trials.sort(key=lambda trial: (not trial.refitted, -trial.evidence))
     return Step(before, trials)
+
+
+def _glance(bench: Workbench, before: Solved, candidate: Screened) -> Trial:
+    """A candidate with nothing nonlinear refitted; from its projected gain alone where that is hopeless."""
+    guess = 0.5 * candidate.gain - 0.5 * candidate.freedom * math.log(bench.blocks)
+    if guess <= HOPELESS:
+        return Trial(candidate, None, guess, False)
+    solved = bench.peek(before, candidate.name, candidate.shape)
+    return Trial(candidate, solved, bench.evidence(before, solved), False)
+
+
+def _worth_a_refit(trials: list[Trial]) -> list[Trial]:
+    """The candidates with the largest evidence at a glance, and the one with the largest gain: a bent coil may hide either."""
+    hopeful = [trial for trial in trials if trial.solved is not None]
+    best = sorted(hopeful, key=lambda trial: -trial.evidence)[:REFITS]
+    return best + [trial for trial in hopeful[:1] if trial not in best]
 
 
 def _convinces(bench: Workbench, base: Solved, before: Solved, best: Trial, candidates: int) -> bool:
