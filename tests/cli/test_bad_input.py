@@ -158,7 +158,7 @@ def test_an_output_that_never_changes(refused, tmp_path) -> None:
         ("a.csv", b"time_s,temperature_c,rate_dph\n", "a header and no rows"),
         ("a.csv", b"time_s,temperature_c,rate_dph\n1,20,3\n", "one row"),
         ("a.csv", bytes(range(256)) * 40, "binary"),
-        ("a.csv", gzip.compress(b"time_s,temperature_c,rate_dph\n1,20,3\n"), "binary"),
+        ("a.csv", gzip.compress(b"time_s,temperature_c,rate_dph\n1,20,3\n", mtime=0), "binary"),
         ("a.csv.gz", b"time_s,temperature_c,rate_dph\n1,20,3\n", "cannot be read"),
         ("a.parquet", b"", "0 bytes"),
         ("a.parquet", b"PAR1 and then nothing", "parquet"),

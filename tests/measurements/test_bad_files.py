@@ -127,7 +127,7 @@ def test_a_row_with_too_few_or_too_many_cells(tmp_path: Path, cells: str) -> Non
         (f"{HEADER}\n\n\n".encode(), "has a header and no rows"),
         (f"{HEADER}\n1,20,3\n".encode(), "has one row; a run needs at least two"),
         (bytes(range(256)) * 50, "is no text in UTF-8 but a binary file"),
-        (gzip.compress("\n".join(lines()).encode()), "is no text in UTF-8 but a binary file"),
+        (gzip.compress("\n".join(lines()).encode(), mtime=0), "is no text in UTF-8 but a binary file"),
         (b"PAR1" + bytes(100), "is no text in UTF-8 but a binary file"),
         ("\n".join(lines()).encode("utf-16"), "is no text in UTF-8 but a binary file"),
         (HEADER.replace(",", ";").encode() + b"\n1,5;20;3\n", "columns are separated by ';'"),

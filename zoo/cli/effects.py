@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import shlex
+from typing import Any
 
-from omegaconf import DictConfig
+from omegaconf import DictConfig, OmegaConf
 
 from zoo.catalog import build, create, names
 from zoo.cli.inputs import searchpath
@@ -18,7 +19,7 @@ def model_effects(config: DictConfig) -> list[str]:
     Raises:
         InputError: none is named.
     """
-    chosen = [str(name) for name in config.effects]
+    chosen = [str(name) for name in config.get("effects") or {}]
     if not chosen:
         raise InputError("effects=[] leaves nothing to fit; start from effects=[static_bias,shupe,mohr]")
     return chosen
@@ -36,12 +37,31 @@ def catalogue(config: DictConfig, wanted: list[str] | None = None) -> dict[str, 
     """
     folders = searchpath()
     known = names("effects", folders)
-    own = {str(name): create(settings) for name, settings in config.effects.items()}
-    others = wanted if wanted is not None else known if config.candidates == "all" else [str(name) for name in config.candidates]
+    own = {str(name): create(settings) for name, settings in (config.get("effects") or {}).items()}
+    allowed = "all" if wanted is not None else config.candidates
+    others = wanted if wanted is not None else known if allowed == "all" else named("candidates", allowed, "all")
     for name in others:
         if name not in known and name not in own:
             raise InputError(f"unknown effect '{name}': {nearest(name, known)}")
     return own | {name: build("effects", name, folders) for name in others if name not in own}
+
+
+def named(key: str, given: Any, word: str) -> list[str]:
+    """The names under a key: one name or a list of them.
+
+    Args:
+        key: of the config, for the message.
+        given: its value.
+        word: what else is possible, for the message.
+
+    Raises:
+        InputError: neither.
+    """
+    if isinstance(given, str):
+        return [given]
+    if not OmegaConf.is_list(given):
+        raise InputError(f"{key}={'null' if given is None else given}: {word}, an effect's name or a list of names is needed")
+    return [str(name) for name in given]
 
 
 def next_commands(config: DictConfig, missing: list[str]) -> list[str]:

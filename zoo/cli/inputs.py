@@ -23,7 +23,7 @@ def read_data(config: DictConfig) -> tuple[list[Run], list[Run]]:
     data = config.data.copy()
     with open_dict(data):
         check_files, holdout = data.pop("check_files", []), data.pop("holdout", 0.0)
-    if isinstance(holdout, str) or not 0.0 <= holdout < 1.0:
+    if not isinstance(holdout, int | float) or not 0.0 <= holdout < 1.0:
         raise InputError(f"data.holdout={holdout}: a share of each run from 0 to below 1 is needed")
     runs = create(data)
     checks: list[Run] = []

@@ -10,7 +10,7 @@ from rich.console import Console
 
 from zoo.artifacts import write_json
 from zoo.catalog import load, save_model
-from zoo.cli.effects import catalogue, model_effects
+from zoo.cli.effects import catalogue, model_effects, named
 from zoo.cli.inputs import read_data, searchpath
 from zoo.diagnosis.diagnose import diagnose
 from zoo.diagnosis.refine import Refinement, refine
@@ -28,8 +28,8 @@ def run(config: DictConfig, out: Path) -> Path:
     Returns:
         The refinement as JSON; model.yaml and weights.pt lie beside it for `compare`, with report.html and TensorBoard events.
     """
-    add = config.add if isinstance(config.add, str) else [str(name) for name in config.add]
-    wanted = None if add == "auto" else [add] if isinstance(add, str) else add
+    add = "auto" if config.add == "auto" else named("add", config.add, "auto")
+    wanted = None if isinstance(add, str) else add
     console = Console(stderr=True)
     with console.status("reading") as status, threads_for(0):
         runs, check_runs = read_data(config)

@@ -2,9 +2,16 @@
 
 from __future__ import annotations
 
-from zoo.diagnosis.workbench import Solved, Workbench
-from zoo.fitting.projection import complement, project
+import torch
+from torch import Tensor
 
+from zoo.diagnosis.workbench import Solved, Workbench
+from zoo.effects.base import History
+from zoo.effects.bounds import to_physical, to_unit
+from zoo.fitting.projection import complement, orthonormal, project
+from zoo.fitting.variable_projection import fit
+
+REFINEMENTS = 10
 INDISTINGUISHABLE = 9.0
 """χ² that a replacement may leave: three sigma for one parameter."""
 MODEL_ERROR = 0.005
@@ -24,19 +31,26 @@ def indistinguishable(bench: Workbench, base: Solved, more: Solved, candidates: 
         candidates: effects to compare with.
     """
     name = more.names[-1]
-    width = len(bench.effects[name].amplitudes)
-    signal = more.fit.columns[:, -width:] @ more.fit.amplitudes[-width:]
-    signal = complement(signal.unsqueeze(-1), base.basis).squeeze(-1)
+    width, own = len(bench.effects[name].amplitudes), len(bench.effects[name].shape)
+    kept = more.fit.tangent[:, : more.fit.tangent.shape[1] - own]
+    basis = orthonormal(torch.cat([more.fit.columns[:, :-width], kept], dim=1))  # the base at the coil as refitted with the effect
+    signal = complement((more.fit.columns[:, -width:] @ more.fit.amplitudes[-width:]).unsqueeze(-1), basis).squeeze(-1)
     energy = float(signal.square().sum())
     if energy < INDISTINGUISHABLE:
         return []
-    places = base.design.histories(base.fit.theta)
-    alike = []
-    for other in candidates:
-        if other == name or other in more.names:
-            continue
-        columns = complement(base.design.effect_columns(bench.effects[other], places, bench.shapes(other)), base.basis)
-        left = float(project(columns, signal).cost.min())
-        if left < max(INDISTINGUISHABLE, MODEL_ERROR * energy):
-            alike.append(other)
-    return alike
+    places = more.design.histories(more.fit.theta)
+    allowed = max(INDISTINGUISHABLE, MODEL_ERROR * energy)
+    others = [other for other in candidates if other not in more.names]
+    return [other for other in others if _left(bench, more, basis, places, other, signal) < allowed]
+
+
+def _left(bench: Workbench, more: Solved, basis: Tensor, places: list[dict[str, History]], other: str, signal: Tensor) -> float:
+    """χ² of a signal that another effect cannot reproduce, from the best of its grid and refined from there."""
+    effect = bench.effects[other]
+
+    def columns(theta: Tensor) -> Tensor:
+        return complement(more.design.effect_columns(effect, places, to_physical(theta, effect.shape)), basis)
+
+    grid = to_unit(bench.shapes(other), effect.shape).to(signal)
+    start = grid[project(columns(grid), signal).cost.argmin()]
+    return fit(columns, signal, start, iterations=REFINEMENTS).cost

@@ -12,7 +12,7 @@ from zoo.fitting.projection import project
 from zoo.measurements.run import Run
 from zoo.scoring.noise import NoiseModel, Whitener
 
-FLICKER_SHARES = (0.05, 0.25, 0.6, 1.2, 2.0)
+FLICKER_SHARES = (0.035, 0.18, 0.42, 0.85, 1.4)
 """Bias instability over the white noise of a block: medium and tactical gyros have 0.05 to 1.7."""
 WALK_SHARES = (0.0, 0.1, 0.3, 0.5, 0.8)
 """Rate random walk per √h over the white noise of a block: they have 0.02 to 0.8."""
@@ -20,7 +20,7 @@ LEVEL_SPREAD = 0.05
 """How well the white level is known, as a share."""
 LEVELS = tuple(1.0 + 0.02 * i for i in range(-8, 13))
 START = (1, 1)
-TYPICAL_FLICKER, TYPICAL_WALK, FACTOR = 0.25, 0.1, 2.5
+TYPICAL_FLICKER, TYPICAL_WALK, FACTOR = 0.18, 0.1, 2.5
 """Log-normal prior of both shares; no walk at all is as likely as the typical one."""
 
 

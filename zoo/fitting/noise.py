@@ -9,7 +9,7 @@ import torch
 from zoo.measurements.run import Run
 from zoo.scoring.noise import NoiseModel, white_level
 
-FLICKER_SHARE = 0.25
+FLICKER_SHARE = 0.18
 """Flicker assumed, as bias instability over the white noise of one block: 0.002 °/h beside 0.008 °/h (100 s) is typical of a medium gyro."""
 AGREEMENT = 0.25
 

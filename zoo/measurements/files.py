@@ -33,6 +33,8 @@ def find_files(files: Sequence[str | Path] | str | Path) -> list[Path]:
     Raises:
         InputError: nothing was asked for, a path does not exist or is a folder, a glob finds nothing.
     """
+    if not isinstance(files, str | Path | Sequence):
+        raise InputError(f"data.files={'null' if files is None else files}: paths or globs are needed: data.files=[a.csv,b.csv]")
     asked = [files] if isinstance(files, str | Path) else list(files)
     if not asked:
         raise InputError("data.files is empty; give at least one measurement file: data.files=[a.csv,b.csv]")
