@@ -20,6 +20,9 @@ from zoo.models.graybox import GrayBox
 from zoo.models.prediction import predict_blocks
 from zoo.scoring.noise import NoiseModel
 
+CHECK_ALLOWED = 1.5
+"""RMS over the noise floor on runs that were not fitted beyond which a model is not complete, however well it fits."""
+
 
 @dataclass(frozen=True, eq=False)
 class Refinement:
@@ -88,10 +91,12 @@ def _climb(bench: Workbench, diagnosis: Diagnosis | None, names: tuple[str, ...]
 
 def _record(bench: Workbench, solutions: list[Solved], check_runs: list[Run], added: list[str]) -> dict[str, Any]:
     structure = examine(bench, solutions[-1], solutions[0])
-    ladder = [
+    ladder: list[dict[str, Any]] = [
         {"added": name, "effects": list(solved.names), "rms": solved.rms, "rms_check": check_rms(solved.model, check_runs)}
         for name, solved in zip([None, *added], solutions, strict=True)
     ]
+    floor_check = _check_floor(check_runs, solutions[-1].likely.noise if structure.is_noise else None)
+    borne_out = floor_check is None or (ladder[-1]["rms_check"] or 0.0) <= CHECK_ALLOWED * floor_check
     return {
         "schema_version": 1,
         "unit": bench.runs[0].unit,
@@ -100,8 +105,9 @@ def _record(bench: Workbench, solutions: list[Solved], check_runs: list[Run], ad
         "check_runs": [run.name for run in check_runs],
         "ladder": ladder,
         "noise_floor": bench.noise_floor(solutions[-1]) if structure.is_noise else bench.mixtures.white,
-        "noise_floor_check": _check_floor(check_runs, solutions[-1].likely.noise if structure.is_noise else None),
-        "verdict": "complete" if structure.is_noise else "unknown",
+        "noise_floor_check": floor_check,
+        "verdict": "complete" if structure.is_noise and borne_out else "unknown",
+        "borne_out": borne_out,
         "parameters": fitted_parameters(solutions[-1], bench.runs[0].unit),
     }
 

@@ -141,6 +141,9 @@ def _refined(diagnosis: Record, refinement: Record) -> Verdict:
     done = f"with {joined(added)} added" if added else "as it stands"
     if refinement.get("verdict") == "complete":
         return Verdict("complete", f"The model is complete {done}", ["What it leaves is noise."])
+    if refinement.get("borne_out") is False:
+        words = ["What it leaves is more than noise on the runs that were not fitted, so it may have been fitted too closely."]
+        return Verdict("unknown", f"Not borne out {done}", words)
     if added:
         return Verdict("unknown", f"Still incomplete {done}", ["What is left is not noise.", *unexplained(diagnosis)])
     return verdict_of(diagnosis) if diagnosis.get("verdict") else Verdict("unknown", "Incomplete", ["What is left is not noise."])
