@@ -99,12 +99,12 @@ def put_back(path: Path) -> set[ast.AST]:
     return {inner for block in blocks for inner in ast.walk(block)}
 
 
-def none(wrong: list[str]) -> None:
+def check_none(wrong: list[str]) -> None:
     assert not wrong, "\n" + "\n".join(wrong)
 
 
 def test_every_room_has_a_rank() -> None:
-    none([f"zoo/{room}: has no rank in RANK" for room in {Path(place(path)).parts[0].removesuffix(".py") for path in FILES} - {*RANK, "__init__"}])
+    check_none([f"zoo/{room}: has no rank in RANK" for room in {Path(place(path)).parts[0].removesuffix(".py") for path in FILES} - {*RANK, "__init__"}])
 
 
 def test_arrows_point_down() -> None:
@@ -117,7 +117,7 @@ def test_arrows_point_down() -> None:
             known = top == "zoo" and home in RANK and room in RANK and room != home
             if known and (home, room) not in SIBLINGS and not RANK[home] > RANK[room]:
                 wrong.append(f"zoo/{place(path)}:{line}: {home} (rank {RANK[home]}) -> {room} (rank {RANK[room]}), by {name}")
-    none(wrong)
+    check_none(wrong)
 
 
 def test_libraries_stay_in_their_rooms() -> None:
@@ -127,7 +127,7 @@ def test_libraries_stay_in_their_rooms() -> None:
             for libraries, rooms in ONLY_IN.items():
                 if name.split(".")[0] in libraries and not place(path).startswith(rooms):
                     wrong.append(f"zoo/{place(path)}:{line}: imports {name}, which belongs in {', '.join(rooms)}")
-    none(wrong)
+    check_none(wrong)
 
 
 def test_files_and_functions_are_short() -> None:
@@ -140,15 +140,15 @@ def test_files_and_functions_are_short() -> None:
             for one in functions(parsed(path))
             if length(one) > LONGEST_FUNCTION
         ]
-    none(wrong)
+    check_none(wrong)
 
 
 def test_names_say_something() -> None:
-    none([f"zoo/{place(path)}: name the thing" for path in FILES if VAGUE & {Path(part).stem for part in Path(place(path)).parts}])
+    check_none([f"zoo/{place(path)}: name the thing" for path in FILES if VAGUE & {Path(part).stem for part in Path(place(path)).parts}])
 
 
 def test_everything_public_says_what_it_is() -> None:
-    none([f"zoo/{place(path)}:{line}: {name} has no docstring" for path in FILES for line, name in undocumented(parsed(path))])
+    check_none([f"zoo/{place(path)}:{line}: {name} has no docstring" for path in FILES for line, name in undocumented(parsed(path))])
 
 
 def test_nothing_global_is_set() -> None:
@@ -158,7 +158,7 @@ def test_nothing_global_is_set() -> None:
         for call, name in calls(path):
             if name in GLOBAL_STATE or (name in WARNING_FILTERS and call not in undone):
                 wrong.append(f"zoo/{place(path)}:{call.lineno}: {name} changes the state of the whole process")
-    none(wrong)
+    check_none(wrong)
 
 
 def test_every_draw_takes_a_generator() -> None:
@@ -172,7 +172,7 @@ def test_every_draw_takes_a_generator() -> None:
                 wrong.append(f"zoo/{place(path)}:{call.lineno}: {name} draws without generator=")
             if name.startswith(("np.random.", "numpy.random.")):
                 wrong.append(f"zoo/{place(path)}:{call.lineno}: {name}; draw from a torch.Generator")
-    none(wrong)
+    check_none(wrong)
 
 
 @pytest.mark.parametrize("verb", VERBS)

@@ -188,19 +188,19 @@ def test_any_field_may_be_null(diagnosis: Record, bare_traces: list[Trace], keys
     if keys == "some":
         hollow = [dict.fromkeys(entry) for entry in diagnosis["candidates"]]
         empty.update(candidates=hollow, where=[dict.fromkeys(diagnosis["where"][0])], verdict="missing", missing=["hysteresis"], effects=[])
-    visible(render(empty, bare_traces[:1]))
-    visible(render(empty, []))
+    assert visible(render(empty, bare_traces[:1]))
+    assert visible(render(empty, []))
 
 
 def test_numbers_that_are_none_are_dashes(diagnosis: Record, traces: list[Trace]) -> None:
     diagnosis["candidates"][0].update(rms=float("nan"), delta_bic=float("inf"))
     broken = replace(traces[0], error=np.full_like(traces[0].error, np.nan))
-    visible(render(diagnosis, [broken, traces[1]]))
+    assert "–" in visible(render(diagnosis, [broken, traces[1]]))
 
 
 @pytest.mark.parametrize("blocks", [0, 1, 2])
 def test_hardly_any_blocks(diagnosis: Record, traces: list[Trace], blocks: int) -> None:
-    visible(render(diagnosis, [_repeated(traces[0], blocks)]))
+    assert traces[0].run in visible(render(diagnosis, [_repeated(traces[0], blocks)]))
 
 
 def test_very_long_names(diagnosis: Record, traces: list[Trace], refinement: Record) -> None:
