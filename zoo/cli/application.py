@@ -36,6 +36,7 @@ WRONG_SETTINGS = (
     InstantiationException,
     OmegaConfBaseException,
 )
+INTERRUPTED = 130
 VERBS = ("simulate", "train", "compare", "diagnose", "refine", "compensate", "export", "reproduce")
 
 
@@ -55,6 +56,9 @@ def run(verb: str, arguments: list[str]) -> int:
     with _unwrapped():
         try:
             hydra.main(version_base="1.3", config_path=str(config_folder()), config_name=verb)(_task(verb, codes, traced))()
+        except KeyboardInterrupt:
+            print("interrupted; results are written whole or not at all", file=sys.stderr)
+            return INTERRUPTED
         except Exception as error:
             if traced:
                 raise
