@@ -1,6 +1,6 @@
 """How often the diagnosis cries wolf: simulated gyros with nothing hidden, each with its own coil, package, thermometers and noise.
 
-    python benchmarks/nothing_hidden.py 200        how many gyros (default 20)
+python benchmarks/nothing_hidden.py 200        how many gyros (default 20)
 """
 
 from __future__ import annotations

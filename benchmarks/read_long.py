@@ -47,16 +47,12 @@ def measure(path: Path, average: str | float) -> str:
     seconds, rows, fine, blocks, length, before, peak = json.loads(done.stdout)
     asked = f"auto:{length:g}" if average == "auto" else f"{length:g}"
     size, speed = path.stat().st_size / 1e6, rows / seconds / 1e6
-    return (
-        f"{size:>5.0f} {asked:>9} {seconds:>6.2f} {speed:>7.2f} {fine:>7} {blocks:>6} {before:>10.0f} {peak:>8.0f} {peak - before:>10.0f}"
-    )
+    return f"{size:>5.0f} {asked:>9} {seconds:>6.2f} {speed:>7.2f} {fine:>7} {blocks:>6} {before:>10.0f} {peak:>8.0f} {peak - before:>10.0f}"
 
 
 def main(rows: int) -> None:
     """Writes the files to a temporary folder and prints the table."""
-    print(
-        f"{rows} rows, {rows / RATE_HZ / 3600:g} h at {RATE_HZ} Hz; RSS of the reading process in MB, torch and pandas being loaded before"
-    )
+    print(f"{rows} rows, {rows / RATE_HZ / 3600:g} h at {RATE_HZ} Hz; RSS of the reading process in MB, torch and pandas being loaded before")
     print("file        MB average_s      s  Mrow/s    fine blocks RSS before RSS peak RSS growth")
     with tempfile.TemporaryDirectory() as folder:
         paths = {kind: write_measurements(Path(folder) / f"long.{kind}", frames(rows)) for kind in ("csv", "csv.gz", "parquet")}

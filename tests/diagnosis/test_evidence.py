@@ -81,7 +81,7 @@ def test_errors_on_segments_that_were_not_fitted_are_never_smaller(diagnosis, hi
     found = diagnosis(hidden)
     for solved in (found.search.base, found.search.final):
         assert segment_cost(found.bench, solved) >= solved.fit.cost
-        plain = solved.design.plain_columns(solved.fit.theta.unsqueeze(0))[0]
+        plain = solved.plain_columns
         least = math.sqrt(float(project(plain, solved.design.error).cost) / found.bench.blocks)
         assert rms_by_run(found.bench, solved) >= least
     for one in found.record["candidates"]:
@@ -138,7 +138,7 @@ def test_an_effect_is_indistinguishable_from_its_own_double(diagnosis, monkeypat
 @pytest.mark.parametrize("mixture", [(1.0, 0.05, 0.0), (1.0, 0.6, 0.0), (1.0, 0.25, 0.3), (1.1, 1.2, 0.1)])
 def test_the_likeliest_mixture_resembles_the_noise_that_was_drawn(diagnosis, mixture) -> None:
     found = diagnosis("")
-    mixtures, columns = found.bench.mixtures, found.search.base.plain
+    mixtures, columns = found.bench.mixtures, found.search.base.fit.plain
     chance, share = Generator().manual_seed(1), tuple(one * mixtures.white for one in mixture)
     noise = NoiseModel(*share)
     results = []

@@ -9,7 +9,7 @@ import pytest
 import torch
 from torch import Generator, Tensor
 
-from zoo.fitting.variable_projection import STEP, Fit, fit, tangents
+from zoo.fitting.variable_projection import STEP, Fit, fit
 
 TIME = torch.linspace(0, 10, 600, dtype=torch.float64)
 LOW, HIGH = 0.1, 30.0
@@ -138,7 +138,12 @@ def test_tangents_are_derivatives_and_never_leave_the_bounds(theta) -> None:
 
     amplitudes = torch.tensor([2.0, 1.0], dtype=torch.float64)
     where = torch.tensor([theta], dtype=torch.float64)
-    columns, slope = tangents(watched, where, amplitudes)
+    weights = torch.linspace(0.5, 2.0, len(TIME), dtype=torch.float64).unsqueeze(1)
+    target = weights.squeeze(1) * (decays(where.unsqueeze(0))[0] @ amplitudes)
+    found = fit(watched, target, where, iterations=0, weigh=lambda columns: weights * columns)
+    torch.testing.assert_close(found.amplitudes, amplitudes)
+    torch.testing.assert_close(torch.cat([found.columns, found.tangent], dim=1), weights * found.plain)
+    columns, slope = found.plain.split([2, 1], dim=1)
     torch.testing.assert_close(columns, decays(where.unsqueeze(0))[0])
     _, expected = torch.func.jvp(lambda t: decays(t.unsqueeze(0))[0] @ amplitudes, (where,), (torch.ones_like(where),))
     torch.testing.assert_close(slope[:, 0], expected, rtol=0, atol=20 * STEP)

@@ -18,9 +18,7 @@ KINDS = ["csv", "csv.gz", "parquet"]
 
 def frame(rows: int = 50) -> pd.DataFrame:
     random = np.random.default_rng(1)
-    return pd.DataFrame(
-        {"time_s": np.arange(rows) / 3, "temperature_c": random.normal(20, 5, rows), "rate_dph": random.normal(size=rows) * 1e-7}
-    )
+    return pd.DataFrame({"time_s": np.arange(rows) / 3, "temperature_c": random.normal(20, 5, rows), "rate_dph": random.normal(size=rows) * 1e-7})
 
 
 def read(path: Path, kind: str) -> pd.DataFrame:

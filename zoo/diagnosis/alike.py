@@ -12,6 +12,8 @@ from zoo.fitting.projection import complement, orthonormal, project
 from zoo.fitting.variable_projection import fit
 
 REFINEMENTS = 10
+PROMISING = 0.5
+"""Share of a signal's χ² that the best of an effect's grid may leave for a refinement to be worth while."""
 INDISTINGUISHABLE = 9.0
 """χ² that a replacement may leave: three sigma for one parameter."""
 MODEL_ERROR = 0.005
@@ -52,5 +54,7 @@ def _left(bench: Workbench, more: Solved, basis: Tensor, places: list[dict[str, 
         return complement(more.design.effect_columns(effect, places, to_physical(theta, effect.shape)), basis)
 
     grid = to_unit(bench.shapes(other), effect.shape).to(signal)
-    start = grid[project(columns(grid), signal).cost.argmin()]
-    return fit(columns, signal, start, iterations=REFINEMENTS).cost
+    least, best = project(columns(grid), signal).cost.min(dim=0)
+    if float(least) > PROMISING * float(signal.square().sum()):
+        return float(least)
+    return fit(columns, signal, grid[best], iterations=REFINEMENTS).cost

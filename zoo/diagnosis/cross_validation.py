@@ -22,10 +22,9 @@ def rms_by_run(bench: Workbench, solved: Solved) -> float:
 
     The nonlinear parameters stay as fitted to all runs.
     """
-    plain = solved.design.plain_columns(solved.fit.theta.unsqueeze(0))[0]
     sizes = [run.blocks for run in bench.runs]
     parts = list(torch.arange(bench.blocks).split(sizes)) if len(sizes) > 1 else _folds(bench.blocks)
-    return float(_left_out(plain, solved.design.error, parts).square().mean().sqrt())
+    return float(_left_out(solved.plain_columns, solved.design.error, parts).square().mean().sqrt())
 
 
 def _folds(blocks: int) -> list[Tensor]:

@@ -20,6 +20,7 @@ LEVEL_SPREAD = 0.05
 """How well the white level is known, as a share."""
 LEVELS = tuple(1.0 + 0.02 * i for i in range(-8, 13))
 START = (1, 1)
+Place = tuple[int, int]
 TYPICAL_FLICKER, TYPICAL_WALK, FACTOR = 0.18, 0.1, 2.5
 """Log-normal prior of both shares; no walk at all is as likely as the typical one."""
 
@@ -32,11 +33,13 @@ class Likely:
         logarithm: log likelihood, prior of the noise included.
         noise: the mixture.
         cost: χ² of the residual under it, the level's factor taken out.
+        place: on the grid of mixtures.
     """
 
     logarithm: float
     noise: NoiseModel
     cost: float
+    place: Place
 
 
 class NoiseMixtures:
@@ -51,9 +54,9 @@ class NoiseMixtures:
         """
         self.times, self.shares = [run.block_mean(run.time) for run in runs], [run.block_share() for run in runs]
         self.white = white
-        self._made: dict[tuple[int, int], tuple[NoiseModel, Whitener]] = {}
+        self._made: dict[Place, tuple[NoiseModel, Whitener]] = {}
 
-    def whitener(self, place: tuple[int, int]) -> tuple[NoiseModel, Whitener]:
+    def whitener(self, place: Place) -> tuple[NoiseModel, Whitener]:
         """The mixture at a place of the grid flicker × walk, and its whitener, made at first use."""
         if place not in self._made:
             flicker, walk = FLICKER_SHARES[place[0]], WALK_SHARES[place[1]]
@@ -65,16 +68,17 @@ class NoiseMixtures:
         """Whether a mixture has as much random walk as any gyro: then the residual is hardly noise."""
         return noise.walk >= 0.99 * WALK_SHARES[-1] * noise.white
 
-    def most_likely(self, columns: Tensor, target: Tensor) -> Likely:
-        """Climb to the likeliest mixture from the typical one, the amplitudes fitted under each.
+    def most_likely(self, columns: Tensor, target: Tensor, start: Place = START) -> Likely:
+        """Climb to the likeliest mixture, the amplitudes fitted under each.
 
         Args:
             columns: (N, K) block means of a model's columns, its tangents included [unit].
             target: (N,) block means of what they are fitted to [unit].
+            start: where to climb from; by default the typical mixture.
         """
         joined = torch.cat([columns, target.unsqueeze(1)], dim=1)
-        known: dict[tuple[int, int], Likely] = {}
-        place = START
+        known: dict[Place, Likely] = {}
+        place = start
         while True:
             for near in _neighbours(place):
                 if near not in known:
@@ -84,16 +88,18 @@ class NoiseMixtures:
                 return known[place]
             place = best
 
-    def _at(self, place: tuple[int, int], joined: Tensor) -> Likely:
+    def _at(self, place: Place, joined: Tensor) -> Likely:
         noise, whitener = self.whitener(place)
         white = whitener(joined)
         cost = float(project(white[:, :-1], white[:, -1]).cost)
         walk = WALK_SHARES[place[1]] or TYPICAL_WALK
         prior = _log_prior(FLICKER_SHARES[place[0]], TYPICAL_FLICKER) + _log_prior(walk, TYPICAL_WALK)
-        return _with_level(cost, len(joined), whitener.log_determinant, prior, noise)
+        factor, logarithm = _best_level(cost, len(joined))
+        scaled = replace(noise, white=noise.white * factor, flicker=noise.flicker * factor, walk=noise.walk * factor)
+        return Likely(logarithm - 0.5 * whitener.log_determinant + prior, scaled, cost / factor**2, place)
 
 
-def _neighbours(place: tuple[int, int]) -> list[tuple[int, int]]:
+def _neighbours(place: Place) -> list[Place]:
     """A place of the grid and those next to it."""
     i, j = place
     around = [(i, j), (i - 1, j), (i + 1, j), (i, j - 1), (i, j + 1)]
@@ -104,10 +110,9 @@ def _log_prior(share: float, typical: float) -> float:
     return -0.5 * (math.log(share / typical) / math.log(FACTOR)) ** 2
 
 
-def _with_level(cost: float, size: int, log_determinant: float, prior: float, noise: NoiseModel) -> Likely:
+def _best_level(cost: float, size: int) -> tuple[float, float]:
+    """Likeliest factor on the level of a mixture under which the residual has this χ², and its log likelihood."""
     levels = torch.tensor(LEVELS, dtype=torch.float64)
     logs = -0.5 * cost / levels**2 - size * levels.log() - 0.5 * (levels.log() / LEVEL_SPREAD) ** 2
     best = int(logs.argmax())
-    factor = float(levels[best])
-    scaled = replace(noise, white=noise.white * factor, flicker=noise.flicker * factor, walk=noise.walk * factor)
-    return Likely(float(logs[best]) - 0.5 * log_determinant + prior, scaled, cost / factor**2)
+    return float(levels[best]), float(logs[best])

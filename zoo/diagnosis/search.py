@@ -98,7 +98,7 @@ def search(bench: Workbench, base: Solved, candidates: list[str], progress: Call
             return found
         assert best.solved is not None
         step.chosen = best.screened.name
-        found.final = _prune(bench, best.solved, base)
+        found.final = _prune(bench, bench.finish(best.solved), base)
 
 
 def settle(

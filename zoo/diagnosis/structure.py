@@ -83,8 +83,9 @@ def dependences(bench: Workbench, final: Solved) -> list[Dependence]:
     size = math.log(bench.blocks)
     found = []
     for words, free in free_functions(bench, final).items():
-        columns = torch.cat([final.plain, free], dim=1)
-        evidence = bench.mixtures.most_likely(columns, final.design.error).logarithm - final.likely.logarithm - 0.5 * free.shape[1] * size
+        columns = torch.cat([final.fit.plain, free], dim=1)
+        likely = bench.mixtures.most_likely(columns, final.design.error, final.likely.place)
+        evidence = likely.logarithm - final.likely.logarithm - 0.5 * free.shape[1] * size
         share = 1.0 - float(project(columns, final.design.error).cost) / total
         if evidence > SIGNIFICANT and share > MATERIAL:
             found.append(Dependence(words, share, evidence))

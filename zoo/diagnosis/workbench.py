@@ -10,15 +10,18 @@ from functools import cached_property
 import torch
 from torch import Tensor
 
-from zoo.diagnosis.noise_likelihood import Likely, NoiseMixtures
+from zoo.diagnosis.noise_likelihood import START, Likely, NoiseMixtures, Place
 from zoo.effects.base import Effect
 from zoo.effects.bounds import to_unit
 from zoo.fitting.design import Design, coarse_starts, starts_in_motion
 from zoo.fitting.projection import orthonormal, project
-from zoo.fitting.variable_projection import Fit, fit, tangents
+from zoo.fitting.variable_projection import Fit, fit
 from zoo.measurements.run import Run
 from zoo.models.graybox import GrayBox
 from zoo.scoring.noise import NoiseModel, Whitener
+
+COARSE, FINE = 1e-3, 1e-4
+"""Tolerance of the fit of a candidate, which decides by evidence of 5 and more, and of a model that is kept."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -31,6 +34,7 @@ class Solved:
         design: its columns on the fitted runs.
         fit: the solution, in whitened block means.
         mixtures: the noise that the gyro may have.
+        near: the mixture to start from in the search for the likeliest.
     """
 
     names: tuple[str, ...]
@@ -38,6 +42,7 @@ class Solved:
     design: Design
     fit: Fit
     mixtures: NoiseMixtures
+    near: Place = START
 
     @cached_property
     def basis(self) -> Tensor:
@@ -45,22 +50,19 @@ class Solved:
         return orthonormal(torch.cat([self.fit.columns, self.fit.tangent], dim=1))
 
     @cached_property
-    def plain(self) -> Tensor:
-        """(N, K+P) block means of its columns and tangents, not whitened."""
-        design, fit = self.design, self.fit
-        linear = tangents(design.plain_columns, fit.theta, fit.amplitudes)
-        return torch.cat(linear, dim=1)
-
-    @cached_property
     def likely(self) -> Likely:
         """The noise mixture under which the residual is most likely."""
-        return self.mixtures.most_likely(self.plain, self.design.error)
+        return self.mixtures.most_likely(self.fit.plain, self.design.error, self.near)
 
     @cached_property
     def residual(self) -> Tensor:
         """(N,) block means of error − model [unit], runs one after the other."""
-        plain = self.design.plain_columns(self.fit.theta.unsqueeze(0))[0]
-        return self.design.error - plain @ self.fit.amplitudes
+        return self.design.error - self.plain_columns @ self.fit.amplitudes
+
+    @property
+    def plain_columns(self) -> Tensor:
+        """(N, K) block means of its columns, not whitened."""
+        return self.fit.plain[:, : self.fit.columns.shape[1]]
 
     @property
     def rms(self) -> float:
@@ -107,12 +109,14 @@ class Workbench:
         effects = {name: copy.deepcopy(self.effects[name]) for name in names}
         return Design(GrayBox(effects, self.inputs, self.in_motion), self.runs, self.whitener)
 
-    def solve(self, names: tuple[str, ...], starts: list[Tensor] | None = None) -> Solved:
+    def solve(self, names: tuple[str, ...], starts: list[Tensor] | None = None, near: Place = START, tolerance: float = FINE) -> Solved:
         """Fit a set of effects, from the best of the given starts; solutions are remembered.
 
         Args:
             names: effects, in the order of the model.
             starts: θ (P,) in 0…1 to start from; by default a coarse grid over the coil's parameters.
+            near: the noise of a similar model.
+            tolerance: see `zoo.fitting.variable_projection.fit`.
         """
         key = frozenset(names)
         if key in self._solved and starts is None:
@@ -121,15 +125,15 @@ class Workbench:
         trials = torch.stack(starts) if starts else coarse_starts(design)
         costs = project(design.columns(trials), design.target).cost
         order = costs.argsort()[:1]
-        fits = [fit(design.columns, design.target, trials[i]) for i in order]
+        fits = [fit(design.plain_columns, design.target, trials[i], tolerance=tolerance, weigh=self.whitener) for i in order]
         known = [self._solved[key].fit] if key in self._solved and self._solved[key].names == names else []
         best = min([*fits, *known], key=lambda found: found.cost)
         design.model.assign(best.theta, best.amplitudes)
-        self._solved[key] = Solved(names, design.model, design, best, self.mixtures)
+        self._solved[key] = Solved(names, design.model, design, best, self.mixtures, near)
         return self._solved[key]
 
     def extend(self, base: Solved, name: str, shape: Tensor) -> Solved:
-        """Refit with one more effect, its shape (S,) started where screening found it.
+        """Refit, coarsely, with one more effect, its shape (S,) started where screening found it.
 
         Starts from the base's coil and from a coarse grid over the coil's parameters, for a base that lacks an effect bends the coil to make up for
         it.
@@ -139,7 +143,11 @@ class Workbench:
         near = torch.cat([base.fit.theta, own])
         coarse = coarse_starts(base.design, base.fit.theta)
         starts = [near, *torch.cat([coarse, own.expand(len(coarse), -1)], dim=1)]
-        return self.solve((*base.names, name), starts)
+        return self.solve((*base.names, name), starts, base.likely.place, COARSE)
+
+    def finish(self, solved: Solved) -> Solved:
+        """Fit on from a coarse solution."""
+        return self.solve(solved.names, [solved.fit.theta], solved.likely.place)
 
     def known(self, names: tuple[str, ...]) -> Solved | None:
         """The solution of these effects, if it was found before."""
@@ -149,21 +157,21 @@ class Workbench:
         """Refit with one more effect, its shape searched for."""
         from zoo.diagnosis.screening import screen  # screening works on a bench
 
-        return self.extend(base, name, screen(self, base, [name])[0].shape)
+        return self.finish(self.extend(base, name, screen(self, base, [name])[0].shape))
 
     def peek(self, base: Solved, name: str, shape: Tensor) -> Solved:
         """One more effect without a refit of anything nonlinear."""
         design = self.design((*base.names, name))
         theta = torch.cat([base.fit.theta, to_unit(shape, self.effects[name].shape).to(base.fit.theta)])
-        found = fit(design.columns, design.target, theta, iterations=0)
+        found = fit(design.plain_columns, design.target, theta, iterations=0, weigh=self.whitener)
         design.model.assign(found.theta, found.amplitudes)
-        return Solved((*base.names, name), design.model, design, found, self.mixtures)
+        return Solved((*base.names, name), design.model, design, found, self.mixtures, base.likely.place)
 
     def without(self, full: Solved, name: str) -> Solved:
         """Refit with one effect less, started from the full model's parameters."""
         owners = [owner for owner, _ in full.model.parameters_of_theta()]
         keep = torch.tensor([owner != name for owner in owners], dtype=torch.bool, device=full.fit.theta.device)
-        return self.solve(tuple(other for other in full.names if other != name), [full.fit.theta[keep]])
+        return self.solve(tuple(other for other in full.names if other != name), [full.fit.theta[keep]], full.likely.place)
 
     def evidence(self, less: Solved, more: Solved) -> float:
         """Log Bayes factor of the larger model (Schwarz 1978), each model under the noise that suits it best.
@@ -177,7 +185,7 @@ class Workbench:
     def noise_floor(self, solved: Solved) -> float:
         """RMS that the residual would have if it were the likeliest noise mixture: its variance less what the model's freedom absorbs [unit]."""
         noise = solved.likely.noise
-        basis = orthonormal(solved.plain)
+        basis = orthonormal(solved.fit.plain)
         kept, at = 0.0, 0
         for time, share in zip(self.mixtures.times, self.mixtures.shares, strict=True):
             covariance, part = noise.covariance(time, share), basis[at : at + len(time)]

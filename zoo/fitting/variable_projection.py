@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import torch
 from torch import Tensor
@@ -22,8 +23,9 @@ class Fit:
         theta: (P,) nonlinear parameters, in coordinates where every bound is 0…1.
         amplitudes: (K,).
         residual: (N,) y − Φa.
-        columns: (N, K) Φ at the solution.
-        tangent: (N, P) dΦ/dθ·a at the solution.
+        columns: (N, K) Φ at the solution, weighted.
+        tangent: (N, P) dΦ/dθ·a at the solution, weighted.
+        plain: (N, K+P) both before they were weighted.
         cost: sum of squared residuals.
         iterations: Gauss–Newton steps taken.
     """
@@ -33,6 +35,7 @@ class Fit:
     residual: Tensor
     columns: Tensor
     tangent: Tensor
+    plain: Tensor
     cost: float
     iterations: int
 
@@ -57,39 +60,55 @@ class Fit:
         return plain * inflate.unsqueeze(0) * inflate.unsqueeze(1) / norm.unsqueeze(0) / norm.unsqueeze(1)
 
 
-def fit(columns: Callable[[Tensor], Tensor], target: Tensor, start: Tensor, iterations: int = 30, tolerance: float = 1e-4) -> Fit:
+def _as_they_are(columns: Tensor) -> Tensor:
+    return columns
+
+
+def fit(
+    columns: Callable[[Tensor], Tensor],
+    target: Tensor,
+    start: Tensor,
+    iterations: int = 30,
+    tolerance: float = 1e-4,
+    weigh: Callable[[Tensor], Tensor] = _as_they_are,
+) -> Fit:
     """Variable projection with Levenberg–Marquardt steps (Golub & Pereyra 1973; Kaufman 1975), several dampings tried at once.
 
     Args:
         columns: (B, P) parameters in 0…1 -> (B, N, K) columns.
-        target: (N,) y.
+        target: (N,) y, weighted.
         start: (P,) first parameters in 0…1.
         iterations: most steps to take.
         tolerance: stop when a step lowers the cost by less than this share of cost/N · 100.
+        weigh: linear map (..., N, K) -> (..., N, K) of the columns, such as a whitener; by default none.
     """
     theta = start.clone()
     taken = 0
-    basis, tangent, solution = _linearise(columns, target, theta)
+    here = _linearise(columns, weigh, target, theta)
     while taken < iterations and theta.numel():
-        trials = _steps(theta, basis, tangent, solution.residual)
-        results = project(columns(trials), target)
+        trials = _steps(theta, here.columns, here.tangent, here.solution.residual)
+        results = project(weigh(columns(trials)), target)
         cost = torch.where(results.cost.isfinite(), results.cost, torch.inf)
         best = int(cost.argmin())
-        gain = float(solution.cost - cost[best])
+        gain = float(here.solution.cost - cost[best])
         if gain <= 0:
             break
         taken += 1
         theta = trials[best]
-        basis, tangent, solution = _linearise(columns, target, theta)
-        if gain < tolerance * 100 * float(solution.cost) / target.numel():
+        here = _linearise(columns, weigh, target, theta)
+        if gain < tolerance * 100 * float(here.solution.cost) / target.numel():
             break
-    return Fit(theta, solution.amplitudes, solution.residual, basis, tangent, float(solution.cost), taken)
+    found = here.solution
+    return Fit(theta, found.amplitudes, found.residual, here.columns, here.tangent, here.plain, float(found.cost), taken)
 
 
-def tangents(columns: Callable[[Tensor], Tensor], theta: Tensor, amplitudes: Tensor) -> tuple[Tensor, Tensor]:
-    """Columns Φ(θ) (N, K) and the derivatives of Φ(θ)·a with respect to θ (N, P), by steps of 1e-4 away from the nearer bound."""
-    batch, steps = _moved(columns, theta)
-    return batch[0], _differences(batch, steps, amplitudes)
+class _Linear(NamedTuple):
+    """Columns (N, K) and tangent (N, P) at one θ, weighted; both (N, K+P) before that; the projection on the columns."""
+
+    columns: Tensor
+    tangent: Tensor
+    plain: Tensor
+    solution: Projection
 
 
 def _moved(columns: Callable[[Tensor], Tensor], theta: Tensor) -> tuple[Tensor, Tensor]:
@@ -104,10 +123,13 @@ def _differences(batch: Tensor, steps: Tensor, amplitudes: Tensor) -> Tensor:
     return (((batch[1:] - batch[0]) @ amplitudes) / steps.unsqueeze(1)).mT
 
 
-def _linearise(columns: Callable[[Tensor], Tensor], target: Tensor, theta: Tensor) -> tuple[Tensor, Tensor, Projection]:
+def _linearise(columns: Callable[[Tensor], Tensor], weigh: Callable[[Tensor], Tensor], target: Tensor, theta: Tensor) -> _Linear:
+    """The tangent is weighted after the amplitudes are in it: P columns instead of P·K."""
     batch, steps = _moved(columns, theta)
-    solution = project(batch[0], target)
-    return batch[0], _differences(batch, steps, solution.amplitudes), solution
+    weighted = weigh(batch[0])
+    solution = project(weighted, target)
+    differences = _differences(batch, steps, solution.amplitudes)
+    return _Linear(weighted, weigh(differences), torch.cat([batch[0], differences], dim=1), solution)
 
 
 def _steps(theta: Tensor, basis: Tensor, tangent: Tensor, residual: Tensor) -> Tensor:

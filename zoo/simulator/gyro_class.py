@@ -83,9 +83,18 @@ MEDIUM = GyroClass(
     flicker=Span(0.003, 0.02, "°/h"),
     rate_random_walk=Span(0.001, 0.01, "°/h/√h"),
     effects={
-        "static_bias": (5e-4, 5e-3), "shupe": (0.05, 0.6), "mohr": (0.02, 0.3), "rate_temperature_coupling": (1e-4, 3e-3), "sensor_lag": (5e-4, 5e-3),
-        "hysteresis": (0.002, 0.02), "polarization": (0.002, 0.03), "warm_up": (0.02, 0.3), "aging": (0.005, 0.05), "bias_step": (0.005, 0.05),
-        "magnetic": (2e-4, 5e-3), "supply_voltage": (0.02, 0.4),
+        "static_bias": (5e-4, 5e-3),
+        "shupe": (0.05, 0.6),
+        "mohr": (0.02, 0.3),
+        "rate_temperature_coupling": (1e-4, 3e-3),
+        "sensor_lag": (5e-4, 5e-3),
+        "hysteresis": (0.002, 0.02),
+        "polarization": (0.002, 0.03),
+        "warm_up": (0.02, 0.3),
+        "aging": (0.005, 0.05),
+        "bias_step": (0.005, 0.05),
+        "magnetic": (2e-4, 5e-3),
+        "supply_voltage": (0.02, 0.4),
     },
 )
 TACTICAL = replace(
@@ -102,9 +111,18 @@ TACTICAL = replace(
     flicker=Span(0.05, 0.3, "°/h"),
     rate_random_walk=Span(0.01, 0.1, "°/h/√h"),
     effects={
-        "static_bias": (0.01, 0.1), "shupe": (0.05, 2.0), "mohr": (0.1, 2.0), "rate_temperature_coupling": (1e-3, 2e-2), "sensor_lag": (0.01, 0.1),
-        "hysteresis": (0.05, 0.5), "polarization": (0.02, 0.5), "warm_up": (0.3, 3.0), "aging": (0.05, 0.5), "bias_step": (0.05, 0.5),
-        "magnetic": (5e-3, 5e-2), "supply_voltage": (0.4, 8.0),
+        "static_bias": (0.01, 0.1),
+        "shupe": (0.05, 2.0),
+        "mohr": (0.1, 2.0),
+        "rate_temperature_coupling": (1e-3, 2e-2),
+        "sensor_lag": (0.01, 0.1),
+        "hysteresis": (0.05, 0.5),
+        "polarization": (0.02, 0.5),
+        "warm_up": (0.3, 3.0),
+        "aging": (0.05, 0.5),
+        "bias_step": (0.05, 0.5),
+        "magnetic": (5e-3, 5e-2),
+        "supply_voltage": (0.4, 8.0),
     },
 )
 CLASSES = {one.name: one for one in (MEDIUM, TACTICAL)}

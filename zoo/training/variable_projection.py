@@ -45,7 +45,7 @@ class VariableProjection:
         design = Design(model, list(runs), whitener)
         starts = coarse_starts(design)
         best = starts[project(design.columns(starts), design.target).cost.argmin()]
-        found = fit(design.columns, design.target, best, self.iterations)
+        found = fit(design.plain_columns, design.target, best, self.iterations, weigh=whitener)
         with torch.no_grad():
             model.assign(found.theta, found.amplitudes)
         return found.iterations
