@@ -143,7 +143,7 @@ def test_the_likeliest_mixture_resembles_the_noise_that_was_drawn(diagnosis, mix
     noise = NoiseModel(*share)
     results = []
     for _ in range(4):
-        roots = [torch.linalg.cholesky(noise.covariance(*both)) for both in zip(mixtures.times, mixtures.shares, strict=True)]
+        roots = [torch.linalg.cholesky(noise.covariance(blocks)) for blocks in mixtures.runs]
         target = torch.cat([root @ torch.randn(len(root), generator=chance, dtype=torch.float64) for root in roots])
         results.append(mixtures.most_likely(columns, target))
     dof = found.bench.blocks - columns.shape[1]

@@ -9,7 +9,7 @@ from torch import Generator, Tensor
 from zoo.catalog import build, names
 from zoo.effects.bounds import to_physical
 from zoo.fitting.design import Design, coarse_starts
-from zoo.fitting.noise import noise_of
+from zoo.fitting.noise import blocks_of, noise_of
 from zoo.measurements.run import Run
 from zoo.models.graybox import GrayBox
 from zoo.scoring.noise import NoiseModel, Whitener
@@ -35,7 +35,7 @@ RUNS = [recorded(1), recorded(2, 400)]
 
 
 def whitener(runs: list[Run], noise: NoiseModel | None = None) -> Whitener:
-    return Whitener(noise or noise_of(runs), [run.block_mean(run.time) for run in runs], [run.block_share() for run in runs])
+    return Whitener(noise or noise_of(runs), blocks_of(runs))
 
 
 def design(effects: list[str], runs: list[Run] = RUNS, numbers: list[int] | None = None) -> Design:

@@ -8,7 +8,7 @@ import pytest
 import torch
 from torch import Generator, Tensor
 
-from zoo.scoring.noise import WHITENED_AT_ONCE, NoiseModel, Whitener, white_level
+from zoo.scoring.noise import WHITENED_AT_ONCE, Blocks, NoiseModel, Whitener, white_level
 
 BLOCK_S = 100.0
 SIGMA = 0.008
@@ -18,9 +18,9 @@ def normal(count: int, seed: int) -> Tensor:
     return torch.randn(count, generator=Generator().manual_seed(seed), dtype=torch.float64)
 
 
-def grid(count: int) -> tuple[Tensor, Tensor]:
-    """Block centres and full shares."""
-    return BLOCK_S * (torch.arange(count, dtype=torch.float64) + 0.5), torch.ones(count, dtype=torch.float64)
+def grid(count: int) -> Blocks:
+    """Full blocks without a gap."""
+    return Blocks(BLOCK_S * (torch.arange(count, dtype=torch.float64) + 0.5), torch.ones(count, dtype=torch.float64))
 
 
 def level(values: list[Tensor]) -> float:
@@ -68,8 +68,7 @@ def test_a_step_and_an_edge_do_not_move_it() -> None:
 
 
 def test_it_sees_the_white_noise_beneath_flicker() -> None:
-    time, share = grid(600)
-    root = torch.linalg.cholesky(NoiseModel(0.0, 0.25).covariance(time, share) + torch.eye(600, dtype=torch.float64))
+    root = torch.linalg.cholesky(NoiseModel(0.0, 0.25).covariance(grid(600)) + torch.eye(600, dtype=torch.float64))
     found = torch.tensor([level([root @ normal(600, seed)]) for seed in range(60)])
     assert float(found.mean()) == pytest.approx(1, abs=0.06)
 
@@ -93,37 +92,36 @@ MIXTURES = [(1.0, 0.0, 0.0), (1.0, 0.25, 0.0), (1.0, 2.0, 0.0), (1.0, 0.0, 0.8),
 
 @pytest.mark.parametrize("mixture", MIXTURES)
 def test_a_covariance_is_symmetric_and_positive_definite(mixture) -> None:
-    time, share = grid(300)
+    time, share = grid(300).time, grid(300).share
     time = torch.cat([time[:100], time[100:] + 5000])  # a gap
     share[::7] = 0.5
-    matrix = NoiseModel(*mixture).covariance(time, share)
+    matrix = NoiseModel(*mixture).covariance(Blocks(time, share))
     torch.testing.assert_close(matrix, matrix.mT, rtol=0, atol=0)
     assert float(torch.linalg.eigvalsh(matrix).min()) > 0
     assert bool((matrix.diagonal() >= mixture[0] ** 2 - 1e-15).all())
 
 
 def test_without_flicker_and_walk_it_is_white_and_thin_blocks_are_noisier() -> None:
-    time, share = grid(5)
-    share[2] = 0.5
-    matrix = NoiseModel(SIGMA, 0.0).covariance(time, share)
+    blocks = grid(5)
+    blocks.share[2] = 0.5
+    matrix = NoiseModel(SIGMA, 0.0).covariance(blocks)
     torch.testing.assert_close(matrix, SIGMA**2 * torch.diag(torch.tensor([1.0, 1.0, 2.0, 1.0, 1.0], dtype=torch.float64)))
 
 
 def test_parts_of_a_mixture_add() -> None:
-    time, share = grid(50)
-    whole = NoiseModel(0.3, 0.5, 0.7).covariance(time, share)
-    parts = [NoiseModel(*part).covariance(time, share) for part in ((0.3, 0.0, 0.0), (0.0, 0.5, 0.0), (0.0, 0.0, 0.7))]
+    whole = NoiseModel(0.3, 0.5, 0.7).covariance(grid(50))
+    parts = [NoiseModel(*part).covariance(grid(50)) for part in ((0.3, 0.0, 0.0), (0.0, 0.5, 0.0), (0.0, 0.0, 0.7))]
     torch.testing.assert_close(whole, sum(parts))
 
 
 def test_one_block_has_a_variance() -> None:
-    assert NoiseModel(0.1, 0.5).covariance(*grid(1)).tolist() == [[pytest.approx(0.01)]]
+    assert NoiseModel(0.1, 0.5).covariance(grid(1)).tolist() == [[pytest.approx(0.01)]]
 
 
 def test_a_walks_variance_is_k_squared_t() -> None:
-    time, share = grid(100)
-    matrix = NoiseModel(0.0, 0.0, 0.02).covariance(time, share)
-    hours = (time - time[0]) / 3600
+    blocks = grid(100)
+    matrix = NoiseModel(0.0, 0.0, 0.02).covariance(blocks)
+    hours = (blocks.time - blocks.time[0]) / 3600
     torch.testing.assert_close(matrix.diagonal(), 0.02**2 * hours)
     torch.testing.assert_close(matrix[30, 70], 0.02**2 * hours[30], rtol=1e-12, atol=0)
     step = matrix[60, 60] + matrix[50, 50] - 2 * matrix[50, 60]
@@ -141,14 +139,14 @@ def allan_deviation(matrix: Tensor, m: int) -> float:
 
 def test_flickers_allan_deviation_is_flat_at_its_floor() -> None:
     """0.664·B within 15 % over a decade and more (IEEE Std 952: √(2 ln2/π)·B)."""
-    matrix = NoiseModel(0.0, 0.01).covariance(*grid(600))
+    matrix = NoiseModel(0.0, 0.01).covariance(grid(600))
     for m in (3, 5, 10, 20, 30, 60, 100):
         assert allan_deviation(matrix, m) == pytest.approx(0.664 * 0.01, rel=0.15), m
 
 
 def test_draws_from_the_covariance_have_that_allan_deviation() -> None:
     count = 512
-    root = torch.linalg.cholesky(NoiseModel(1e-6, 0.01).covariance(*grid(count)))
+    root = torch.linalg.cholesky(NoiseModel(1e-6, 0.01).covariance(grid(count)))
     draws = root @ torch.randn(count, 200, generator=Generator().manual_seed(1), dtype=torch.float64)
     for m in (4, 8, 16, 32):
         means = draws.reshape(count // m, m, 200).mean(1)
@@ -156,8 +154,7 @@ def test_draws_from_the_covariance_have_that_allan_deviation() -> None:
 
 
 def test_white_noise_and_walk_have_the_allan_deviations_of_the_textbook() -> None:
-    time, share = grid(300)
-    white, walk = NoiseModel(SIGMA, 0.0).covariance(time, share), NoiseModel(0.0, 0.0, 0.02).covariance(time, share)
+    white, walk = NoiseModel(SIGMA, 0.0).covariance(grid(300)), NoiseModel(0.0, 0.0, 0.02).covariance(grid(300))
     for m in (1, 4, 25):
         assert allan_deviation(white, m) == pytest.approx(SIGMA / math.sqrt(m), rel=1e-6)
     for m in (10, 40):  # of points, not of means over a block: the two agree for long windows
@@ -169,25 +166,25 @@ def test_white_noise_and_walk_have_the_allan_deviations_of_the_textbook() -> Non
 
 @pytest.mark.parametrize("mixture", MIXTURES)
 def test_whitened_noise_has_the_identity_for_covariance(mixture) -> None:
-    noise, (times, shares) = NoiseModel(*mixture), ([grid(60)[0], grid(25)[0] + 777], [grid(60)[1], torch.full((25,), 0.7).double()])
-    whitener = Whitener(noise, times, shares)
-    covariance = torch.block_diag(*[noise.covariance(*both) for both in zip(times, shares, strict=True)])
+    noise, runs = NoiseModel(*mixture), [grid(60), Blocks(grid(25).time + 777, torch.full((25,), 0.7).double())]
+    whitener = Whitener(noise, runs)
+    covariance = torch.block_diag(*[noise.covariance(blocks) for blocks in runs])
     root = whitener(torch.eye(85, dtype=torch.float64))
     torch.testing.assert_close(root @ covariance @ root.mT, torch.eye(85, dtype=torch.float64), rtol=0, atol=1e-7)
     assert whitener.log_determinant == pytest.approx(float(torch.linalg.slogdet(covariance).logabsdet), rel=1e-9, abs=1e-6)
 
 
 def test_draws_come_out_white() -> None:
-    noise, (time, share) = NoiseModel(1.0, 0.6, 0.3), grid(200)
-    draws = torch.linalg.cholesky(noise.covariance(time, share)) @ torch.randn(200, 400, generator=Generator().manual_seed(1), dtype=torch.float64)
-    white = Whitener(noise, [time], [share])(draws)
+    noise, blocks = NoiseModel(1.0, 0.6, 0.3), grid(200)
+    draws = torch.linalg.cholesky(noise.covariance(blocks)) @ torch.randn(200, 400, generator=Generator().manual_seed(1), dtype=torch.float64)
+    white = Whitener(noise, [blocks])(draws)
     sample = white @ white.mT / 400
     assert float((sample - torch.eye(200, dtype=torch.float64)).abs().max()) < 6 / math.sqrt(400)
     assert float(white.square().mean()) == pytest.approx(1, abs=0.02)
 
 
 def test_leading_axes_are_kept() -> None:
-    whitener = Whitener(NoiseModel(1.0, 0.6), [grid(40)[0]], [grid(40)[1]])
+    whitener = Whitener(NoiseModel(1.0, 0.6), [grid(40)])
     columns = torch.randn(3, 2, 40, 5, generator=Generator().manual_seed(1), dtype=torch.float64)
     found = whitener(columns)
     assert found.shape == columns.shape
@@ -196,17 +193,17 @@ def test_leading_axes_are_kept() -> None:
 
 def test_white_noise_is_only_scaled() -> None:
     columns = torch.randn(40, 2, generator=Generator().manual_seed(1), dtype=torch.float64)
-    torch.testing.assert_close(Whitener(NoiseModel(0.5, 0.0), [grid(40)[0]], [grid(40)[1]])(columns), 2 * columns)
+    torch.testing.assert_close(Whitener(NoiseModel(0.5, 0.0), [grid(40)])(columns), 2 * columns)
 
 
 def test_runs_do_not_know_of_each_other() -> None:
     noise, one = NoiseModel(1.0, 0.6, 0.5), torch.randn(40, 1, generator=Generator().manual_seed(1), dtype=torch.float64)
-    both = Whitener(noise, [grid(40)[0], grid(40)[0]], [grid(40)[1]] * 2)
-    torch.testing.assert_close(both(torch.cat([one, 5 + one]))[:40], Whitener(noise, [grid(40)[0]], [grid(40)[1]])(one))
+    both = Whitener(noise, [grid(40), grid(40)])
+    torch.testing.assert_close(both(torch.cat([one, 5 + one]))[:40], Whitener(noise, [grid(40)])(one))
 
 
 def test_a_long_run_is_cut_into_pieces() -> None:
     count = WHITENED_AT_ONCE + 30
-    whitener = Whitener(NoiseModel(1.0, 0.3), [grid(count)[0]], [grid(count)[1]])
+    whitener = Whitener(NoiseModel(1.0, 0.3), [grid(count)])
     assert whitener.sizes == [WHITENED_AT_ONCE, 30]
     assert whitener(torch.ones(count, 1, dtype=torch.float64)).shape == (count, 1)

@@ -8,6 +8,7 @@ from dataclasses import dataclass, replace
 import torch
 from torch import Tensor
 
+from zoo.fitting.noise import blocks_of
 from zoo.fitting.projection import project
 from zoo.measurements.run import Run
 from zoo.scoring.noise import NoiseModel, Whitener
@@ -52,7 +53,7 @@ class NoiseMixtures:
             runs: the fitted runs.
             white: RMS of the white noise of a block mean [unit].
         """
-        self.times, self.shares = [run.block_mean(run.time) for run in runs], [run.block_share() for run in runs]
+        self.runs = blocks_of(runs)
         self.white = white
         self._made: dict[Place, tuple[NoiseModel, Whitener]] = {}
 
@@ -61,7 +62,7 @@ class NoiseMixtures:
         if place not in self._made:
             flicker, walk = FLICKER_SHARES[place[0]], WALK_SHARES[place[1]]
             noise = NoiseModel(self.white, flicker * self.white, walk * self.white)
-            self._made[place] = (noise, Whitener(noise, self.times, self.shares))
+            self._made[place] = (noise, Whitener(noise, self.runs))
         return self._made[place]
 
     def exhausted(self, noise: NoiseModel) -> bool:

@@ -14,7 +14,7 @@ from zoo.diagnosis.structure import examine
 from zoo.diagnosis.workbench import Solved, Workbench
 from zoo.effects.base import Effect
 from zoo.errors import InputError
-from zoo.fitting.noise import noise_of
+from zoo.fitting.noise import blocks_of, noise_of
 from zoo.measurements.run import Run
 from zoo.models.graybox import GrayBox
 from zoo.models.prediction import predict_blocks
@@ -119,7 +119,7 @@ def _check_floor(runs: list[Run], fitted: NoiseModel | None) -> float | None:
     white = noise_of(runs).white
     scale = 0.0 if fitted is None else white / fitted.white
     noise = NoiseModel(white, 0.0) if fitted is None else NoiseModel(white, scale * fitted.flicker, scale * fitted.walk)
-    variance = torch.cat([noise.covariance(run.block_mean(run.time), run.block_share()).diagonal() for run in runs])
+    variance = torch.cat([noise.covariance(blocks).diagonal() for blocks in blocks_of(runs)])
     return float(variance.mean().sqrt())
 
 

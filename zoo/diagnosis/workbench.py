@@ -90,7 +90,7 @@ class Workbench:
         self.runs, self.effects, self.noise = runs, effects, noise
         self.mixtures = mixtures
         self.inputs = list(runs[0].columns)
-        self.whitener = Whitener(noise, [run.block_mean(run.time) for run in runs], [run.block_share() for run in runs])
+        self.whitener = Whitener(noise, mixtures.runs)
         self.in_motion = any(starts_in_motion(run) for run in runs)
         self.span_s = max(float(run.time[-1] - run.time[0]) for run in runs)
         self.blocks = sum(run.blocks for run in runs)
@@ -187,10 +187,11 @@ class Workbench:
         noise = solved.likely.noise
         basis = orthonormal(solved.fit.plain)
         kept, at = 0.0, 0
-        for time, share in zip(self.mixtures.times, self.mixtures.shares, strict=True):
-            covariance, part = noise.covariance(time, share), basis[at : at + len(time)]
+        for blocks in self.mixtures.runs:
+            covariance = noise.covariance(blocks)
+            part = basis[at : at + len(covariance)]
             kept += float(covariance.trace()) - float(((covariance @ part) * part).sum())
-            at += len(time)
+            at += len(covariance)
         return math.sqrt(max(kept, 0.0) / self.blocks)
 
     def with_noise(self, noise: NoiseModel) -> Workbench:

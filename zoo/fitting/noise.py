@@ -7,11 +7,16 @@ import math
 import torch
 
 from zoo.measurements.run import Run
-from zoo.scoring.noise import NoiseModel, white_level
+from zoo.scoring.noise import Blocks, NoiseModel, white_level
 
 FLICKER_SHARE = 0.18
 """Flicker assumed, as bias instability over the white noise of one block: 0.002 °/h beside 0.008 °/h (100 s) is typical of a medium gyro."""
 AGREEMENT = 0.25
+
+
+def blocks_of(runs: list[Run]) -> list[Blocks]:
+    """When the block means of each run were taken."""
+    return [Blocks(run.block_mean(run.time), run.block_share()) for run in runs]
 
 
 def noise_of(runs: list[Run]) -> NoiseModel:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from functools import cached_property
 
 import torch
 from torch import Tensor
@@ -11,6 +12,55 @@ from torch import Tensor
 CHAIN_RATIO = 4.0
 WHITENED_AT_ONCE = 1000
 DIFFERENCED, KEPT, KEPT_VARIANCE = 3, 0.9, 0.6230
+
+
+@dataclass(frozen=True, eq=False)
+class Blocks:
+    """When the block means of one run were taken, and what unit noise of each colour makes of them.
+
+    Attributes:
+        time: (N,) block centres [s].
+        share: (N,) rows behind each mean over those of a full block.
+    """
+
+    time: Tensor
+    share: Tensor
+
+    @cached_property
+    def pieces(self) -> list[Blocks]:
+        """Consecutive blocks, at most 1000 at a time."""
+        if self.time.numel() <= WHITENED_AT_ONCE:
+            return [self]
+        return [Blocks(*both) for both in zip(self.time.split(WHITENED_AT_ONCE), self.share.split(WHITENED_AT_ONCE), strict=True)]
+
+    @cached_property
+    def white(self) -> Tensor:
+        """(N,) variance of the means of white noise that has variance 1 in a full block."""
+        return 1.0 / self.share.clamp_min(1e-3)
+
+    @cached_property
+    def walk(self) -> Tensor:
+        """(N, N) covariance of a random walk from the run's start with K = 1 per √h."""
+        hours = (self.time - self.time[0]) / 3600.0
+        return torch.minimum(hours.unsqueeze(0), hours.unsqueeze(1))
+
+    @cached_property
+    def flicker(self) -> Tensor:
+        """(N, N) covariance of the means of flicker noise with B = 1.
+
+        A chain of first-order Markov processes whose time constants grow by a factor q = 4, each of variance ln(q)/π (the sum's spectrum is 1/(πf)
+        within the chain; Kasdin 1995, Proc. IEEE 83:802).
+        """
+        delay = (self.time.unsqueeze(0) - self.time.unsqueeze(1)).abs()
+        matrix = torch.zeros_like(delay)
+        if self.time.numel() < 2:
+            return matrix
+        block, span = float(torch.diff(self.time).median()), float(self.time[-1] - self.time[0])
+        tau = block / CHAIN_RATIO**2
+        while tau < CHAIN_RATIO * span:
+            matrix += math.log(CHAIN_RATIO) / math.pi * _of_means(delay, block, tau)
+            tau *= CHAIN_RATIO
+        return matrix
 
 
 @dataclass(frozen=True)
@@ -27,32 +77,13 @@ class NoiseModel:
     flicker: float
     walk: float = 0.0
 
-    def covariance(self, time: Tensor, share: Tensor) -> Tensor:
-        """Covariance of the block means of one run.
-
-        Flicker is a chain of first-order Markov processes whose time constants grow by a factor q = 4, each of variance B²·ln(q)/π
-        (the sum's spectrum is B²/(πf) within the chain; Kasdin 1995, Proc. IEEE 83:802).
-
-        Args:
-            time: (N,) block centres [s].
-            share: (N,) rows behind each mean over those of a full block.
-
-        Returns:
-            (N, N) [unit²].
-        """
-        matrix = torch.diag(self.white**2 / share.clamp_min(1e-3))
+    def covariance(self, blocks: Blocks) -> Tensor:
+        """(N, N) covariance of the block means of one run [unit²]."""
+        matrix = torch.diag(self.white**2 * blocks.white)
         if self.walk > 0:
-            hours = (time - time[0]) / 3600.0
-            matrix = matrix + self.walk**2 * torch.minimum(hours.unsqueeze(0), hours.unsqueeze(1))
-        if self.flicker == 0 or time.numel() < 2:
-            return matrix
-        delay = (time.unsqueeze(0) - time.unsqueeze(1)).abs()
-        block, span = float(torch.diff(time).median()), float(time[-1] - time[0])
-        variance = self.flicker**2 * math.log(CHAIN_RATIO) / math.pi
-        tau = block / CHAIN_RATIO**2
-        while tau < CHAIN_RATIO * span:
-            matrix = matrix + variance * _of_means(delay, block, tau)
-            tau *= CHAIN_RATIO
+            matrix += self.walk**2 * blocks.walk
+        if self.flicker > 0:
+            matrix += self.flicker**2 * blocks.flicker
         return matrix
 
 
@@ -70,23 +101,19 @@ class Whitener:
     `log_determinant` is that of the covariance. Long runs are cut into pieces of at most 1000 blocks whose flicker is taken as independent.
     """
 
-    def __init__(self, noise: NoiseModel, times: list[Tensor], shares: list[Tensor]) -> None:
+    def __init__(self, noise: NoiseModel, runs: list[Blocks]) -> None:
         """Factorise once.
 
         Args:
             noise: the noise model.
-            times: (N_r,) block centres of each run [s].
-            shares: (N_r,) rows of each block over those of a full one.
+            runs: block means of each run, N_r each.
         """
         self.factors: list[Tensor] = []
         self.log_determinant = 0.0
-        for time, share in zip(times, shares, strict=True):
-            for piece, weight in zip(time.split(WHITENED_AT_ONCE), share.split(WHITENED_AT_ONCE), strict=True):
-                factor = torch.linalg.cholesky(noise.covariance(piece, weight))
-                self.log_determinant += 2.0 * float(factor.diagonal().log().sum())
-                self.factors.append(
-                    torch.linalg.solve_triangular(factor, torch.eye(len(piece), dtype=factor.dtype, device=factor.device), upper=False)
-                )
+        for piece in [piece for run in runs for piece in run.pieces]:
+            factor = torch.linalg.cholesky(noise.covariance(piece))
+            self.log_determinant += 2.0 * float(factor.diagonal().log().sum())
+            self.factors.append(torch.linalg.solve_triangular(factor, torch.eye(len(factor), dtype=factor.dtype, device=factor.device), upper=False))
         self.sizes = [factor.shape[0] for factor in self.factors]
 
     def __call__(self, columns: Tensor) -> Tensor:

@@ -9,7 +9,7 @@ from torch import Generator
 
 from zoo.errors import InputError
 from zoo.fitting.design import Design, coarse_starts
-from zoo.fitting.noise import noise_of
+from zoo.fitting.noise import blocks_of, noise_of
 from zoo.fitting.projection import project
 from zoo.fitting.variable_projection import fit
 from zoo.measurements.run import Run
@@ -41,7 +41,7 @@ class VariableProjection:
         del generator
         if not isinstance(model, GrayBox):
             raise InputError(f"optimizer=variable_projection fits sums of effects (model=graybox), not {type(model).__name__}; leave optimizer=auto")
-        whitener = Whitener(noise_of(list(runs)), [run.block_mean(run.time) for run in runs], [run.block_share() for run in runs])
+        whitener = Whitener(noise_of(list(runs)), blocks_of(list(runs)))
         design = Design(model, list(runs), whitener)
         starts = coarse_starts(design)
         best = starts[project(design.columns(starts), design.target).cost.argmin()]
