@@ -62,7 +62,7 @@ def test_a_third_thermometer_has_its_own_weight(time, two) -> None:
 
 
 def test_without_a_lag_the_coil_is_the_thermometer(time, two, ramp) -> None:
-    for thermometers, theta in ((two, values(1e-3, 0.0)), (two[:, :1], values(1e-3, 0.0))):
+    for thermometers, theta in ((two, values(1e-3, 0.0)), (two[:, :1], values(1e-3, -2e-3))):
         temperature, rate, gradient = coil(time, thermometers, theta)
         torch.testing.assert_close(temperature, two[:, 0], rtol=0, atol=1e-4)
         assert float(gradient.abs().max()) < 1e-4
@@ -70,9 +70,9 @@ def test_without_a_lag_the_coil_is_the_thermometer(time, two, ramp) -> None:
         assert float((rate - slope)[2:].abs().median()) < 1e-4
 
 
-@pytest.mark.parametrize("theta", [(400.0, 0.3), (300.0, 700.0)])
-def test_the_rate_is_the_derivative_of_the_temperature(time, two, theta) -> None:
-    thermometers = two if theta[1] <= 1 else two[:, :1]
+@pytest.mark.parametrize(("count", "theta"), [(2, (400.0, 0.3)), (1, (300.0, 100.0)), (1, (300.0, -400.0)), (1, (300.0, -900.0))])
+def test_the_rate_is_the_derivative_of_the_temperature(time, two, count, theta) -> None:
+    thermometers = two[:, :count]
     temperature, rate, _ = coil(time, thermometers, values(*theta))
     slope = torch.gradient(temperature, spacing=(time / 60,))[0]
     assert float((rate - slope)[2:-2].abs().max()) < 0.02 * float(rate.abs().max())
@@ -81,10 +81,10 @@ def test_the_rate_is_the_derivative_of_the_temperature(time, two, theta) -> None
 
 @pytest.mark.parametrize(("tau", "lag"), [(120.0, 60.0), (400.0, 100.0)])
 def test_lead_and_lag_invert_a_thermometers_lag(time, tau, lag) -> None:
-    """λ = τ_s + 2τ: exact in a steady ramp, and for slow changes to second order in ωτ."""
+    """A lead of τ_s: exact in a steady ramp, and for slow changes to second order in ωτ."""
     truth = 20 + 15 * torch.sin(time / 3000)
     thermometer = lagged(time, truth, values(tau)[0]).unsqueeze(-1)
-    found, rate, _ = coil(time, thermometer, values(lag, tau + 2 * lag))
+    found, rate, _ = coil(time, thermometer, values(lag, tau))
     settled = time > 6000
     left, uncorrected = ((one - truth)[settled].abs().max() for one in (found, thermometer[:, 0]))
     second_order = 15 * (lag**2 + 2 * lag * tau) / 3000**2
@@ -92,24 +92,36 @@ def test_lead_and_lag_invert_a_thermometers_lag(time, tau, lag) -> None:
     assert float(left) < 0.15 * float(uncorrected)
     assert float((rate - 15 / 3000 * 60 * torch.cos(time / 3000))[settled].abs().max()) < 0.1 * 15 / 3000 * 60
     line = 20 + 0.01 * time
-    found = coil(time, lagged(time, line, values(tau)[0]).unsqueeze(-1), values(lag, tau + 2 * lag))[0]
+    found = coil(time, lagged(time, line, values(tau)[0]).unsqueeze(-1), values(lag, tau))[0]
     torch.testing.assert_close(found[settled], line[settled], rtol=0, atol=1e-4)
+
+
+@pytest.mark.parametrize("lead", [-300.0, -1000.0])
+def test_a_lead_of_minus_two_lags_or_less_is_two_equal_lags(time, two, lead) -> None:
+    lag = values(150.0)[0]
+    expected = lagged(time, lagged(time, two[:, 0], lag), lag)
+    torch.testing.assert_close(coil(time, two[:, :1], values(150.0, lead))[0], expected, rtol=0, atol=1e-11)
+
+
+def test_a_lead_of_minus_one_lag_is_one_lag(time, two) -> None:
+    expected = lagged(time, two[:, 0], values(150.0)[0])
+    torch.testing.assert_close(coil(time, two[:, :1], values(150.0, -150.0))[0], expected, rtol=0, atol=1e-11)
 
 
 @pytest.mark.parametrize("theta", [(60.0, 60.0), (60.0, 300.0), (300.0, 600.0), (300.0, 3600.0), (5.0, 10.0)])
 def test_a_step_of_the_resolution_is_amplified_by_no_more_than_stated(theta) -> None:
-    """One thermometer: λ/τ² for λ ≥ τ, whatever the sampling."""
-    lag, lead = theta
+    """One thermometer: λ/τ² for λ ≥ τ, whatever the sampling; λ is the lead and two lags."""
+    lag, ahead = theta
     for step_s in (0.05 * lag, 0.5 * lag):
         time = torch.arange(0, 30 * lag, step_s, dtype=torch.float64)
         stairs = torch.where(time >= 5 * lag, 0.0625, 0.0).double().unsqueeze(-1)
-        rate = coil(time, stairs, values(lag, lead))[1] / 60
-        assert float(rate.abs().max()) <= 0.0625 * lead / lag**2 * (1 + 1e-9)
+        rate = coil(time, stairs, values(lag, ahead - 2 * lag))[1] / 60
+        assert float(rate.abs().max()) <= 0.0625 * ahead / lag**2 * (1 + 1e-9)
         if step_s < 0.1 * lag:
-            assert float(rate.abs().max()) > 0.9 * 0.0625 * lead / lag**2, "and the bound is reached"
+            assert float(rate.abs().max()) > 0.9 * 0.0625 * ahead / lag**2, "and the bound is reached"
 
 
-@pytest.mark.parametrize("lead", [0.0, 30.0, 100.0])
+@pytest.mark.parametrize("lead", [-500.0, -400.0, -370.0, -300.0])
 def test_with_a_short_lead_the_lag_alone_bounds_it(lead) -> None:
     time = torch.arange(0, 6000, 5.0, dtype=torch.float64)
     stairs = torch.where(time >= 1000, 0.0625, 0.0).double().unsqueeze(-1)
@@ -125,11 +137,11 @@ def test_with_two_thermometers_a_step_jumps_by_its_share_over_the_lag() -> None:
 
 @pytest.mark.parametrize("count", [1, 2])
 def test_a_record_that_starts_in_motion_has_a_coil_that_lags_from_the_first_sample(time, count) -> None:
-    """κ = 1: a ramp long under way, the coil τ behind what heats it (2τ − λ for one thermometer); κ = 0: soaked."""
+    """κ = 1: a ramp long under way, the coil τ behind what heats it (the lead ahead of one thermometer); κ = 0: soaked."""
     line = 20 + HALF_DEGREE_PER_MINUTE * time
     thermometers = torch.stack([line, line + 3], -1)[:, :count]
-    theta = (300.0, 100.0) if count == 1 else (300.0, 0.5)
-    behind = (2 * 300 - 100 if count == 1 else 300) * HALF_DEGREE_PER_MINUTE
+    theta = (300.0, -500.0) if count == 1 else (300.0, 0.5)
+    behind = (500 if count == 1 else 300) * HALF_DEGREE_PER_MINUTE
     expected = line + (0 if count == 1 else 1.5) - behind
     temperature, rate, _ = coil(time, thermometers, values(*theta, 1.0), in_motion=True)
     torch.testing.assert_close(temperature, expected, rtol=0, atol=1e-9)
@@ -158,7 +170,7 @@ def test_a_batch_is_each_by_itself(time, two) -> None:
 def test_gradients_to_lag_weight_and_lead_are_those_of_finite_differences() -> None:
     time = torch.arange(0, 600, 30.0, dtype=torch.float64)
     two = torch.stack([20 + torch.sin(time / 100), 21 + torch.cos(time / 90)], -1)
-    for thermometers, theta in ((two, (100.0, 0.3)), (two[:, :1], (100.0, 150.0))):
+    for thermometers, theta in ((two, (100.0, 0.3)), (two[:, :1], (100.0, -50.0))):
         assert torch.autograd.gradcheck(lambda t, u=thermometers: coil(time, u, t), (values(*theta).requires_grad_(),))
 
 
@@ -177,5 +189,5 @@ def test_places_count_time_from_the_first_sample_and_carry_what_was_recorded(tim
 
 def test_the_housings_rate_is_in_kelvins_a_minute(time) -> None:
     line = (20 + 0.01 * time).unsqueeze(-1)
-    rate = histories(time, {"reference": 0 * time}, line, values(60.0, 60.0), 1)["housing"].rate
+    rate = histories(time, {"reference": 0 * time}, line, values(60.0, -60.0), 1)["housing"].rate
     assert float(rate[-1]) == pytest.approx(0.6, rel=1e-6)

@@ -13,7 +13,14 @@ from zoo.physics.lag import lagged
 SECONDS_PER_MINUTE = 60.0
 LAG = Parameter("lag", 300.0, "s", 5.0, 7200.0, "log", "prior: coil 0.5–5 min, package 10–40 min", "time constant of the coil behind what heats it")
 LEAD = Parameter(
-    "lead", 60.0, "s", 0.0, 3600.0, "linear", "prior: a thermometer may lag the coil by its structure", "time by which the coil leads the thermometer"
+    "lead",
+    -300.0,
+    "s",
+    -3600.0,
+    3600.0,
+    "linear",
+    "prior: package 10–40 min; a thermometer may lag the coil by its structure",
+    "time by which the coil leads the thermometer in a steady ramp; negative where it lags",
 )
 WEIGHT = Parameter("weight", 0.5, "1", 0.0, 1.0, "linear", "a coil between two thermometers", "share of this thermometer in what heats the coil")
 
@@ -39,7 +46,7 @@ def first_rates(time: Tensor, thermometers: Tensor) -> Tensor:
 def coil_parameters(thermometers: list[str], in_motion: bool = False) -> tuple[Parameter, ...]:
     """What has to be fitted to know the coil's temperature.
 
-    One thermometer: a two-pole lag and a lead. Several: a lag behind a weighted mean of them.
+    One thermometer: a two-pole lag, and the lead that is left in a steady ramp. Several: a lag behind a weighted mean of them.
 
     Args:
         thermometers: columns, the main one first.
@@ -56,8 +63,9 @@ def coil(time: Tensor, thermometers: Tensor, theta: Tensor, in_motion: bool = Fa
     """Temperature of the coil, its rate, and the difference that drives heat into it.
 
     Several thermometers u_j:  u = u_0 + Σ w_j (u_j − u_0),  x = lag_τ(u),  dx/dt = (u − x)/τ.
-    One thermometer:  v = lag_τ(lag_τ(u)),  x = v + λ·dv/dt, rates from the differences between the stages: no sample is ever differenced,
-    so a quantisation step is never amplified by more than λ/τ².
+    One thermometer:  v = lag_τ(lag_τ(u)),  x = v + λ·dv/dt  with λ = max(0, lead + 2τ), rates from the differences between the stages: no sample
+    is ever differenced, so a quantisation step is never amplified by more than max(λ, τ)/τ². What a chamber run determines is the lead in a ramp;
+    λ and τ by themselves hide behind each other.
     A record that starts in motion:  each lag starts at u − κτ·du/dt instead of u.
 
     Args:
@@ -78,14 +86,15 @@ def coil(time: Tensor, thermometers: Tensor, theta: Tensor, in_motion: bool = Fa
         temperature = lagged(time, drive, lag, drive[..., 0] - lag * slope)
         gradient = drive - temperature
         return temperature, gradient / lag.unsqueeze(-1) * SECONDS_PER_MINUTE, gradient
-    tau, lead = lag.unsqueeze(-1), theta[..., 1:2]
+    tau = lag.unsqueeze(-1)
+    ahead = (theta[..., 1:2] + 2 * tau).clamp_min(0.0)
     delay = lag * before[..., 0]
     first = lagged(time, main, lag, main[0] - delay)
     second = lagged(time, first, lag, main[0] - 2 * delay)
     slope = (first - second) / tau
     bend = ((main - first) / tau - slope) / tau
-    temperature = second + lead * slope
-    return temperature, (slope + lead * bend) * SECONDS_PER_MINUTE, main - temperature
+    temperature = second + ahead * slope
+    return temperature, (slope + ahead * bend) * SECONDS_PER_MINUTE, main - temperature
 
 
 def histories(time: Tensor, table: dict[str, Tensor], thermometers: Tensor, theta: Tensor, run: int, in_motion: bool = False) -> dict[str, History]:
