@@ -10,7 +10,7 @@ from rich.console import Console
 
 from zoo.artifacts import write_json
 from zoo.catalog import load, save_model
-from zoo.cli.effects import catalogue, model_effects, named
+from zoo.cli.effects import catalogue, model_effects, named, next_commands
 from zoo.cli.inputs import read_data, searchpath
 from zoo.diagnosis.diagnose import diagnose
 from zoo.diagnosis.refine import Refinement, refine
@@ -43,8 +43,10 @@ def run(config: DictConfig, out: Path) -> Path:
         save_model(out, _model_config(config, found), found.model)
         path = write_json(out / "refinement.json", found.record)
     from zoo.report.terminal import print_ladder
+    from zoo.report.verdict import worth_adding
 
-    print_ladder(found.record, [f"fogzoo compare 'runs=[{out}]' 'data.files=[…]'"])
+    better = next_commands(config, worth_adding(found.record) or [])
+    print_ladder(found.record, [*better, f"fogzoo compare 'runs=[{out}]' 'data.files=[…]'"])
     print(f"report: {out / 'report.html'}")
     return path
 

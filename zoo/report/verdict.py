@@ -10,6 +10,9 @@ from zoo.report.wording import finite, joined, percent, times
 
 Record = dict[str, Any]
 
+NOTICEABLE = 0.02
+"""Share by which the error on check runs must rise to be worth a word."""
+
 
 @dataclass(frozen=True)
 class Verdict:
@@ -136,6 +139,24 @@ def unexplained(diagnosis: Record) -> list[str]:
     return [f"A free smooth function of {fact['depends_on']} would explain {percent(fact.get('explains'))} of it." for fact in facts]
 
 
+def worth_adding(refinement: Record) -> list[str] | None:
+    """The added effects up to the step that predicts the check runs best; None where that is the last step, or nothing was checked."""
+    rungs = ladder({}, refinement)
+    checks = [rung.rms_check for rung in rungs if rung.rms_check is not None]
+    if not checks or len(checks) < len(rungs) or checks[-1] <= min(checks) * (1.0 + NOTICEABLE):
+        return None
+    return [rung.added for rung in rungs[1 : checks.index(min(checks)) + 1] if rung.added]
+
+
+def _better_without(refinement: Record) -> list[str]:
+    kept = worth_adding(refinement)
+    if kept is None:
+        return []
+    if not kept:
+        return ["No added effect lowers the error on the runs that were not fitted: do without."]
+    return [f"The runs that were not fitted are predicted best with {joined(kept)} alone: stop there."]
+
+
 def _refined(diagnosis: Record, refinement: Record) -> Verdict:
     added = [rung.added for rung in ladder(diagnosis, refinement) if rung.added]
     done = f"with {joined(added)} added" if added else "as it stands"
@@ -143,7 +164,7 @@ def _refined(diagnosis: Record, refinement: Record) -> Verdict:
         return Verdict("complete", f"The model is complete {done}", ["What it leaves is noise."])
     if refinement.get("borne_out") is False:
         words = ["What it leaves is more than noise on the runs that were not fitted, so it may have been fitted too closely."]
-        return Verdict("unknown", f"Not borne out {done}", words)
+        return Verdict("unknown", f"Not borne out {done}", words + _better_without(refinement))
     if added:
-        return Verdict("unknown", f"Still incomplete {done}", ["What is left is not noise.", *unexplained(diagnosis)])
+        return Verdict("unknown", f"Still incomplete {done}", ["What is left is not noise.", *_better_without(refinement), *unexplained(diagnosis)])
     return verdict_of(diagnosis) if diagnosis.get("verdict") else Verdict("unknown", "Incomplete", ["What is left is not noise."])
