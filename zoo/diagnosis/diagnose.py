@@ -13,7 +13,7 @@ from zoo.diagnosis.parameters import fitted_parameters
 from zoo.diagnosis.preparation import check_swing, without_spikes
 from zoo.diagnosis.regions import regions, runs_rms
 from zoo.diagnosis.search import Search, Trial, posterior, settle
-from zoo.diagnosis.structure import Structure, dependences, examine
+from zoo.diagnosis.structure import Dependence, Structure, dependences, examine
 from zoo.diagnosis.workbench import Solved, Workbench
 from zoo.effects.base import Effect
 from zoo.errors import InputError, nearest
@@ -111,7 +111,7 @@ def diagnose(runs: list[Run], effects: list[str], catalogue: dict[str, Effect], 
         "candidates": _candidates(bench, base, found, candidates, _trust(found, structure, floor)),
         "where": regions(bench.runs, base.residual, floor),
         "next_experiment": None,
-        "unexplained": [_dependence(item) for item in (dependences(bench, base)[:DESCRIBED] if verdict == "unknown" else [])],
+        "unexplained": [_dependence(item) for item in (_unexplained(bench, found, structure) if verdict == "unknown" else [])],
         "parameters": fitted_parameters(found.final, runs[0].unit),
         "not_tried": {name: list(effect.needs) for name, effect in catalogue.items() if name not in bench.available()},
         "notes": [note for run in bench.runs for note in run.notes],
@@ -162,6 +162,11 @@ def _trust(found: Search, structure: Structure, floor: float) -> float:
         return 1.0
     before, after = found.base.rms**2 - floor**2, found.final.rms**2 - floor**2
     return min(0.5, max(0.0, 1.0 - after / max(before, 1e-300)))
+
+
+def _unexplained(bench: Workbench, found: Search, structure: Structure) -> list[Dependence]:
+    """What the residual of the model as it stands goes with; where that is nothing smooth, the line that is left when all that helps was added."""
+    return dependences(bench, found.base)[:DESCRIBED] or [item for item in structure.dependences if item.is_line]
 
 
 def _dependence(item: Any) -> dict[str, Any]:

@@ -21,6 +21,8 @@ SIGNIFICANT = 5.0
 """Log Bayes factor of a free function over none."""
 MATERIAL = 0.08
 """Share of the noise variance that a free function must explain to matter."""
+LINE = 8.0
+"""Largest ordinate of a white periodogram over the mean, less the logarithm of their number, that chance may give (3 in 10 000; Fisher 1929)."""
 
 
 @dataclass(frozen=True)
@@ -31,11 +33,13 @@ class Dependence:
         depends_on: the quantity, in words.
         explains: share of the residual's variance.
         evidence: log Bayes factor over none.
+        is_line: whether it is a frequency instead of a smooth function.
     """
 
     depends_on: str
     explains: float
     evidence: float
+    is_line: bool = False
 
 
 @dataclass(frozen=True)
@@ -57,9 +61,9 @@ def examine(bench: Workbench, final: Solved, base: Solved) -> Structure:
     """Test the residual of a model against noise, absolutely.
 
     Noise means that the likeliest mixture of white, flicker and random walk within what gyros have reaches χ²/dof = 1, within what the noise level is
-    uncertain by, without all the random walk there may be, and that no smooth function of temperature, rate, time or a recorded input
-    explains a material share. Where effects were added to `base`, a small part of what they explained may remain: a catalogue's form is never
-    nature's.
+    uncertain by, without all the random walk there may be, that what this mixture predicts from the past leaves no spectral line, and that no
+    smooth function of temperature, rate, time or a recorded input explains a material share. Where effects were added to `base`, a small part of
+    what they explained may remain: a catalogue's form is never nature's.
 
     Args:
         bench: the runs.
@@ -70,11 +74,33 @@ def examine(bench: Workbench, final: Solved, base: Solved) -> Structure:
     excess = final.likely.cost / dof - 1.0
     explained = float(base.residual.square().mean() - final.residual.square().mean()) / bench.noise_floor(final) ** 2
     forgiven = min(SHARE_ALLOWED * max(explained, 0.0), LEVEL_ALLOWED_AFTER)
-    found = tuple(dependences(bench, final))
+    found, line = tuple(dependences(bench, final)), spectral_line(bench, final)
     leftover = max([0.0, *(item.explains * (1.0 + excess) for item in found)])
     level = excess <= LEVEL_ALLOWED + 3.0 * math.sqrt(2.0 / dof) + forgiven
     shape = not found or leftover <= MATERIAL + forgiven
-    return Structure(level and shape and not bench.mixtures.exhausted(final.likely.noise), excess, found)
+    noise = level and shape and line is None and not bench.mixtures.exhausted(final.likely.noise)
+    return Structure(noise, excess, found if line is None else (*found, line))
+
+
+def spectral_line(bench: Workbench, final: Solved) -> Dependence | None:
+    """A frequency at which a model's residual, whitened by its likeliest noise, stands out; None where none does.
+
+    Flicker and random walk can take over the variance of something that recurs in time, but not its frequency. Blocks are taken as evenly spaced, so
+    that a gap within a run blurs a line.
+    """
+    white = bench.mixtures.whitener(final.likely.place)[1](final.residual.unsqueeze(1)).squeeze(1)
+    powers, frequencies = [], []
+    for run, part in zip(bench.runs, white.split([run.blocks for run in bench.runs]), strict=True):
+        powers.append((torch.fft.rfft(part).abs().square() / len(part))[1:-1])
+        frequencies.append(torch.fft.rfftfreq(len(part), run.average_s).to(part)[1:-1])
+    power, frequency = torch.cat(powers), torch.cat(frequencies)
+    excess = float(power.max() / power.mean()) - math.log(len(power))
+    if excess <= LINE:
+        return None
+    turns = 2 * torch.pi * float(frequency[power.argmax()]) * torch.cat([run.block_mean(run.time) for run in bench.runs])
+    wave = torch.cat([final.plain_columns, turns.cos().unsqueeze(1), turns.sin().unsqueeze(1)], dim=1)
+    share = 1.0 - float(project(wave, final.design.error).cost) / float(final.residual.square().sum())
+    return Dependence(f"time that recurs every {1.0 / float(frequency[power.argmax()]):.0f} s", share, excess, is_line=True)
 
 
 def dependences(bench: Workbench, final: Solved) -> list[Dependence]:
