@@ -21,8 +21,8 @@ SIGNIFICANT = 5.0
 """Log Bayes factor of a free function over none."""
 MATERIAL = 0.08
 """Share of the noise variance that a free function must explain to matter."""
-LINE = 8.0
-"""Largest ordinate of a white periodogram over the mean, less the logarithm of their number, that chance may give (3 in 10 000; Fisher 1929)."""
+LINE = 10.0
+"""Largest ordinate of a white periodogram over the mean, less the logarithm of their number, that chance may give (5 in 100 000; Fisher 1929)."""
 
 
 @dataclass(frozen=True)
