@@ -3,6 +3,7 @@
 import json
 import os
 import re
+import subprocess
 import sys
 from pathlib import Path
 from unittest import mock
@@ -144,6 +145,14 @@ def test_results_lie_where_the_contract_says(capsys) -> None:
     last = Path(capsys.readouterr().out.splitlines()[-1])
     assert re.fullmatch(r"outputs/simulate/\d{4}-\d\d-\d\d/\d\d-\d\d-\d\d", last.relative_to(Path.cwd()).as_posix())
     assert {"run_1.csv", "check.csv", "truth.json", ".hydra"} <= {path.name for path in last.iterdir()}
+
+
+def test_a_sweep_needs_no_folder_and_no_job_before_it(tmp_path) -> None:
+    """In a process of its own, as typed: Hydra's configuration of an earlier job would answer for what this one lacks."""
+    command = [sys.executable, "-c", "from zoo.cli import main; main()", "simulate", "-m", *SMALL, "seed=1,2"]
+    found = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, check=False)
+    assert found.returncode == 0, found.stderr
+    assert sorted(path.parent.name for path in tmp_path.glob("outputs/simulate/multirun/*/*/*/truth.json")) == ["0", "1"]
 
 
 def test_a_failing_job_costs_the_others_nothing(capsys) -> None:
