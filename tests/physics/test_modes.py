@@ -1,0 +1,104 @@
+"""The modal response is the exact solution of a linear system with inputs that are linear between samples."""
+
+from __future__ import annotations
+
+import math
+
+import pytest
+import torch
+from torch import Tensor
+
+from zoo.physics.modes import CHUNK, Modes, respond
+from zoo.physics.network import Network, solve
+
+
+def drawn(*batch: int, modes: int = 6, inputs: int = 2, outputs: int = 3, seed: int = 0) -> Modes:
+    """Time constants from a second to a day."""
+    chance = torch.Generator().manual_seed(seed)
+
+    def normal(*shape: int) -> Tensor:
+        return torch.randn(*batch, *shape, generator=chance, dtype=torch.float64)
+
+    rate = 10 ** (-5 + 5 * torch.rand(*batch, modes, generator=chance, dtype=torch.float64))
+    return Modes(rate, normal(modes, inputs), normal(outputs, modes), normal(outputs, inputs))
+
+
+def wander(*shape: int, seed: int = 1) -> Tensor:
+    return torch.randn(*shape, generator=torch.Generator().manual_seed(seed), dtype=torch.float64).cumsum(-1)
+
+
+@pytest.mark.parametrize("total", [1, 2, CHUNK - 1, CHUNK, CHUNK + 1, 3 * CHUNK + 5])
+def test_sample_by_sample_gives_the_same(total) -> None:
+    """A response may be cut anywhere and gone on with from the state: here at every sample, the state by its closed form."""
+    modes, inputs, step = drawn(), wander(2, total), 7.0
+    state = (modes.drive @ inputs[:, 0]) / modes.rate
+    expected = [modes.observe @ state + modes.direct @ inputs[:, 0]]
+    for k in range(1, total):
+        before, slope = inputs[:, k - 1], (inputs[:, k] - inputs[:, k - 1]) / step
+        # z' = −λz + b(u + st):  particular solution b(u + st)/λ − bs/λ²
+        settled, tilt = modes.drive @ before / modes.rate, modes.drive @ slope / modes.rate
+        state = settled + tilt * step - tilt / modes.rate + (state - settled + tilt / modes.rate) * torch.exp(-modes.rate * step)
+        expected.append(modes.observe @ state + modes.direct @ inputs[:, k])
+    torch.testing.assert_close(respond(modes, step, inputs), torch.stack(expected, -1), rtol=1e-8, atol=1e-8)
+
+
+def test_a_step_and_a_ramp_have_their_closed_forms() -> None:
+    rate, step = torch.tensor([1e-3, 0.02, 5.0], dtype=torch.float64), 10.0
+    eye = torch.eye(3, dtype=torch.float64)
+    modes = Modes(rate, rate.unsqueeze(1), eye, torch.zeros(3, 1, dtype=torch.float64))
+    time = step * torch.arange(1000, dtype=torch.float64)
+    decayed = torch.exp(-rate.unsqueeze(1) * time)
+    up = respond(modes, step, torch.ones(1, 1000, dtype=torch.float64), torch.zeros(3, dtype=torch.float64))
+    torch.testing.assert_close(up, 1 - decayed, rtol=1e-11, atol=1e-13)
+    ramp = respond(modes, step, time.unsqueeze(0), torch.zeros(3, dtype=torch.float64))
+    torch.testing.assert_close(ramp, time - (1 - decayed) / rate.unsqueeze(1), rtol=1e-10, atol=1e-8)
+    free = respond(modes, step, torch.zeros(1, 1000, dtype=torch.float64), torch.ones(3, dtype=torch.float64))
+    torch.testing.assert_close(free, decayed, rtol=1e-11, atol=1e-300)
+
+
+def test_inserting_samples_on_the_straight_lines_changes_nothing() -> None:
+    modes, coarse = drawn(), wander(2, 300)
+    between = (coarse[:, 1:] + coarse[:, :-1]) / 2
+    fine = torch.stack([coarse[:, :-1], between], -1).flatten(-2)
+    fine = torch.cat([fine, coarse[:, -1:]], -1)
+    torch.testing.assert_close(respond(modes, 5.0, fine)[:, ::2], respond(modes, 10.0, coarse), rtol=1e-9, atol=1e-9)
+
+
+def test_a_steady_input_starts_at_rest() -> None:
+    modes = drawn()
+    found = respond(modes, 3.0, torch.ones(2, 500, dtype=torch.float64))
+    torch.testing.assert_close(found, found[:, :1].expand(-1, 500), rtol=1e-9, atol=1e-6 * float(found.abs().max()))
+
+
+def test_devices_in_a_batch_are_each_by_themselves() -> None:
+    """With inputs of their own, or the same for all."""
+    modes, inputs = drawn(4), wander(4, 2, 400)
+    both, shared = respond(modes, 10.0, inputs), respond(modes, 10.0, inputs[0])
+    for i in range(4):
+        one = Modes(modes.rate[i], modes.drive[i], modes.observe[i], modes.direct[i])
+        scale = float(both[i].abs().max())
+        torch.testing.assert_close(both[i], respond(one, 10.0, inputs[i]), rtol=0, atol=1e-13 * scale)
+        torch.testing.assert_close(shared[i], respond(one, 10.0, inputs[0]), rtol=0, atol=1e-13 * float(shared[i].abs().max()))
+
+
+def test_it_agrees_with_the_network_that_the_modes_are_of() -> None:
+    """Housing, coil and spool, all nodes observed."""
+    capacity = torch.tensor([300.0, 80.0, 120.0], dtype=torch.float64)
+    link = torch.tensor([[0.0, 0.4, 0.2], [0.4, 0.0, 0.9], [0.2, 0.9, 0.0]], dtype=torch.float64)
+    body = Network(capacity, link, torch.tensor([0.5, 0.0, 0.0], dtype=torch.float64), torch.zeros(3, dtype=torch.float64))
+    time, air = 10.0 * torch.arange(2000, dtype=torch.float64), 20 + wander(2000) / 10
+    root = capacity.sqrt()
+    rate, vectors = torch.linalg.eigh(body.conductance() / root.unsqueeze(1) / root)
+    modes = Modes(rate, vectors.mT @ (body.air / root).unsqueeze(1), vectors / root.unsqueeze(1), torch.zeros(3, 1, dtype=torch.float64))
+    torch.testing.assert_close(respond(modes, 10.0, air.unsqueeze(0)).mT, solve(body, time, air), rtol=0, atol=1e-10)
+
+
+def test_gradients_are_those_of_finite_differences() -> None:
+    modes, inputs = drawn(modes=3, outputs=1), wander(2, 2 * CHUNK + 9)
+    rate = (1e-3 + modes.rate / 10).requires_grad_()
+
+    def found(rate: Tensor, drive: Tensor, observe: Tensor, direct: Tensor) -> Tensor:
+        return respond(Modes(rate, drive, observe, direct), 20.0, inputs)[:, ::40]
+
+    given = (rate, *(value.clone().requires_grad_() for value in (modes.drive, modes.observe, modes.direct)))
+    assert torch.autograd.gradcheck(found, given, rtol=1e-6, atol=1e-6, eps=1e-7 * math.sqrt(10))
