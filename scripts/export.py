@@ -2,6 +2,6 @@
 
 import sys
 
-from zoo.cli.application import run
+from zoo.cli import run
 
 sys.exit(run("export", sys.argv[1:]))

@@ -2,20 +2,27 @@
 
 from __future__ import annotations
 
+import importlib
+import re
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
 import torch
+from hydra.errors import InstantiationException
 from hydra.utils import instantiate
 from omegaconf import DictConfig, OmegaConf
+from omegaconf.errors import OmegaConfBaseException
+from yaml import YAMLError  # type: ignore[import-untyped]
 
 import zoo
 from zoo.artifacts import replacing, write_text
-from zoo.errors import InputError, nearest
+from zoo.errors import InputError, WorkError, causes, in_brief, nearest
 
 MODEL_FILE = "model.yaml"
 WEIGHTS_FILE = "weights.pt"
+LISTS = ("effects",)
+"""Groups of which a config takes several: in their YAMLs the settings stand below the name, so that several can be merged."""
 
 
 def config_folder() -> Path:
@@ -36,33 +43,92 @@ def names(group: str, searchpath: Sequence[Path] = ()) -> list[str]:
     return sorted({path.stem for folder in folders for path in (folder / group).glob("*.yaml")})
 
 
+def find(group: str, name: str, searchpath: Sequence[Path] = ()) -> Path | None:
+    """The YAML behind a name, where there is one; the user's folders go before the package's."""
+    paths = (folder / group / f"{name}.yaml" for folder in [*searchpath, config_folder()])
+    return next((path for path in paths if path.is_file()), None)
+
+
 def load(group: str, name: str, searchpath: Sequence[Path] = ()) -> DictConfig:
-    """The YAML behind a name; the user's folders go before the package's.
+    """What the YAML behind a name says.
 
     Raises:
-        InputError: no such name; the nearest are offered.
+        InputError: no such name, and the nearest are offered; or the YAML is wrong.
     """
-    for folder in [*searchpath, config_folder()]:
-        path = folder / group / f"{name}.yaml"
-        if path.is_file():
-            config = OmegaConf.load(path)
-            if isinstance(config, DictConfig):
-                return config
-            raise InputError(f"{path}: a mapping was expected, found {type(config).__name__}")
-    raise InputError(f"unknown {group.removesuffix('s')} '{name}': {nearest(name, names(group, searchpath))}")
+    path = find(group, name, searchpath)
+    if path is None:
+        raise InputError(f"unknown {group.removesuffix('s')} '{name}': {nearest(name, names(group, searchpath))}")
+    try:
+        config = OmegaConf.load(path)
+    except (YAMLError, OmegaConfBaseException, OSError, UnicodeDecodeError) as error:
+        raise InputError(f"{path}: {in_brief(error)}") from error
+    if not isinstance(config, DictConfig):
+        raise InputError(f"{path}: a mapping was expected, found {type(config).__name__}")
+    if group in LISTS:
+        _check_entry(config, name, f"{group.removesuffix('s')} '{name}' ({path})")
+    return config
+
+
+def _check_entry(config: DictConfig, name: str, which: str) -> None:
+    """Raises InputError where the settings do not stand below the name, and nothing else beside it."""
+    keys = [str(key) for key in config]
+    below = config[name] if keys == [name] else None
+    if isinstance(below, DictConfig) and "_target_" in below:
+        return
+    found = f"no _target_ below '{name}:'" if keys == [name] else f"'{', '.join(keys)}' at the top" if keys else "nothing"
+    raise InputError(f"{which}: has {found}; two lines are needed, '{name}:' at the top and below it, indented, '_target_: MODULE.CLASS'")
 
 
 def create(config: DictConfig | dict[str, Any], **overrides: Any) -> Any:
-    """Build an object from its config, lists as plain lists (a ListConfig breaks TorchScript)."""
-    return instantiate(config, _convert_="all", **overrides)
+    """Build an object from its config, lists as plain lists (a ListConfig breaks TorchScript).
+
+    Raises:
+        InputError: there is no such class, or it does not take these settings.
+    """
+    try:
+        return instantiate(config, _convert_="all", **overrides)
+    except InstantiationException as error:
+        raise _in_our_words(error) from error
+
+
+def _in_our_words(error: InstantiationException) -> InputError | WorkError:
+    """What the object itself said, or why there is none, instead of how Hydra came to ask for it."""
+    located = re.search(r"Error locating target '([^']+)'", str(error))
+    if located:
+        return InputError(f"{located.group(1)}: {unlocated(located.group(1))}")
+    own = next((cause for cause in causes(error) if isinstance(cause, InputError | WorkError)), None)
+    if own:
+        return type(own)(*own.args)
+    called = re.search(r"Error in call to target '([^']+)'", str(error))
+    return InputError(f"{called.group(1)}: {in_brief(error.__cause__)}" if called and error.__cause__ else in_brief(error))
+
+
+def unlocated(target: str) -> str:
+    """Why there is no such class or function: what Python says when its module is imported.
+
+    Args:
+        target: as in `_target_`, MODULE.CLASS.
+    """
+    module, _, name = target.rpartition(".")
+    try:
+        inside = importlib.import_module(module) if module else None
+    except SyntaxError as error:
+        return f"SyntaxError: {error.msg} ({error.filename}, line {error.lineno})"
+    except ModuleNotFoundError as error:
+        own = f"{module}.".startswith(f"{error.name}.")
+        return f"there is no module '{error.name}'; is its folder on PYTHONPATH?" if own else in_brief(error)
+    except Exception as error:
+        return in_brief(error)
+    if inside is None:
+        return "MODULE.CLASS is needed"
+    classes = [key for key, value in vars(inside).items() if isinstance(value, type) and value.__module__.startswith(module)]
+    return f"module '{module}' has no '{name}': {nearest(name, classes)}"
 
 
 def build(group: str, name: str, searchpath: Sequence[Path] = (), **overrides: Any) -> Any:
     """Build the object behind a name, ``build("effects", "shupe")``."""
     config = load(group, name, searchpath)
-    if "_target_" not in config and name in config:
-        config = config[name]
-    return create(config, **overrides)
+    return create(config[name] if group in LISTS else config, **overrides)
 
 
 def save_model(folder: Path, config: dict[str, Any], module: torch.nn.Module) -> None:
@@ -78,12 +144,13 @@ def save_model(folder: Path, config: dict[str, Any], module: torch.nn.Module) ->
         torch.save(module.state_dict(), path)
 
 
-def load_model(folder: Path) -> torch.nn.Module:
+def load_model(folder: str | Path) -> torch.nn.Module:
     """Rebuild a model saved by `train` or `refine`, in evaluation mode.
 
     Raises:
         InputError: the folder holds no saved model.
     """
+    folder = Path(folder)
     for file in (MODEL_FILE, WEIGHTS_FILE):
         if not (folder / file).is_file():
             raise InputError(f"{folder}: no saved model here ({file} is missing); give the output folder of a train or refine command")

@@ -10,6 +10,7 @@ from unittest import mock
 
 import pytest
 
+import zoo
 from zoo.cli import application, main
 
 LATER = ("compensate", "export", "reproduce")
@@ -93,6 +94,17 @@ def test_an_unknown_name_gets_the_nearest(arguments, near, capsys) -> None:
     assert f"did you mean {near}" in one_message(message)
 
 
+@pytest.mark.parametrize(("kind", "key"), [("model", "model=mynett"), ("effects", "effects=[static_bias,mynett]")])
+def test_an_unknown_name_may_be_near_one_of_the_users_own(kind, key, tmp_path, capsys) -> None:
+    (tmp_path / "conf" / kind).mkdir(parents=True)
+    (tmp_path / "conf" / kind / "mynet.yaml").write_text("_target_: mine.MyNet\n")
+    code, message = told("train", "data.files=[a.csv]", key, f"hydra.searchpath=[file://{tmp_path}/conf]", capsys=capsys)
+    assert code == 2
+    assert "unknown" in one_message(message)
+    assert "'mynett': did you mean mynet" in message
+    assert {"model": "polynomial", "effects": "mohr"}[kind] in message, "the package's own as well"
+
+
 @pytest.mark.parametrize("verb", LATER)
 def test_verbs_that_come_later_say_so(verb, capsys) -> None:
     code, message = told(verb, capsys=capsys)
@@ -111,6 +123,53 @@ def test_half_typed_settings_are_no_traceback(text, capsys) -> None:
     code, message = told("simulate", text, capsys=capsys)
     assert code == 2
     one_message(message)
+
+
+@pytest.mark.parametrize(
+    ("typed", "meant"),
+    [
+        (["run_1.csv"], "'data.files=[run_1.csv]'"),
+        (["a.csv", "b(2).csv"], """'data.files=[a.csv,"b(2).csv"]'"""),
+        (["data.files"], "settings are key=value"),
+        (["data.files=[Läufe-ä.csv]"], """'data.files=["Läufe-ä.csv"]'"""),
+        (["data.files=[a.csv,run(2).csv]"], """'data.files=[a.csv,"run(2).csv"]'"""),
+        (["data.columns.temperature=Temp Coil [°C]"], """'data.columns.temperature="Temp Coil [°C]"'"""),
+    ],
+)
+def test_what_the_parser_stumbles_over_is_given_back_as_it_was_meant(typed, meant, capsys) -> None:
+    code, message = told("diagnose", *typed, capsys=capsys)
+    assert code == 2
+    assert meant in one_message(message)
+    assert "Lexer" not in message
+    assert "EOF" not in message
+
+
+def test_a_name_with_special_characters_is_read_as_the_message_says(capsys) -> None:
+    code, message = told("diagnose", 'data.files=["run(2)-ä.csv"]', capsys=capsys)
+    assert code == 2
+    assert "run(2)-ä.csv: no such file" in message
+
+
+@pytest.mark.parametrize(
+    ("typed", "said"),
+    [
+        (["--confg-name", "x"], "unknown flag --confg-name: did you mean --config-name"),
+        (["--cfg", "jobs"], "choose from"),
+        (["seed=1", "--cfg", "job", "seed=2"], "seed=2 stands apart"),
+    ],
+)
+def test_a_wrong_flag_gets_a_line_and_no_usage(typed, said, capsys) -> None:
+    code, message = told("diagnose", *typed, capsys=capsys)
+    assert code == 2
+    assert said in one_message(message)
+
+
+@pytest.mark.parametrize("arguments", [["--version"], ["diagnose", "--version"]])
+def test_the_version(arguments, capsys) -> None:
+    with mock.patch.object(sys, "argv", ["fogzoo", *arguments]), pytest.raises(SystemExit) as stopped:
+        main()
+    assert stopped.value.code == 0
+    assert capsys.readouterr().out == f"fogzoo {zoo.__version__}\n"
 
 
 @pytest.mark.parametrize("folder", ["file/below", "file"])

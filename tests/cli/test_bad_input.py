@@ -55,6 +55,7 @@ def told(tmp_path, capsys) -> Callable[..., str]:
         assert 1 <= len(captured.err.strip().splitlines()) <= 2, captured.err
         assert captured.err.startswith("error: ")
         assert "Traceback" not in captured.err + captured.out
+        assert not out.exists(), "nor the folder for it"
         left = {path.name for path in tmp_path.rglob("*")}
         assert not left & RESULTS, left & RESULTS
         assert not any(name.endswith(".part") for name in left)
@@ -177,6 +178,16 @@ def test_files_that_are_not_there(told, tmp_path) -> None:
     assert "data.files" in told(), "nothing was asked for"
 
 
+def test_a_run_is_read_once_and_no_fitted_one_checks(told, tmp_path) -> None:
+    path = written(tmp_path / "a.csv", table())
+    again = tmp_path / "nowhere" / ".." / "a.csv"
+    again.parent.parent.mkdir()
+    for files in (f"{path},{path}", f"{path},{again}", f"{path},{tmp_path}/*.csv"):
+        assert "a.csv: is named twice" in told(f"data.files=[{files}]")
+    for checks in (path, again, tmp_path / "*.csv"):
+        assert "a.csv is in data.files too" in told(f"data.files=[{path}]", f"data.check_files=[{checks}]")
+
+
 # What runs cannot tell
 
 
@@ -231,10 +242,14 @@ def test_an_effect_that_is_there_already_or_lacks_its_column(told, tmp_path) -> 
     [
         ("data.average_s=-5", "data.average_s"),
         ("data.average_s=soon", "auto"),
-        ("data.average_s=1e6", "choose a shorter data.average_s"),
+        ("data.average_s=1e6", "its 720 rows span 14380 s); choose a shorter data.average_s"),
         ("data.reference=north", "data.reference"),
         ("data.holdout=1.5", "data.holdout"),
         ("data.holdout=half", "data.holdout"),
+        ("data.holdout=0.01", "from 0.05 to 0.95"),
+        ("data.holdout=0.99", "from 0.05 to 0.95"),
+        ("data.output_unit=rad/s", "'rate_dph' is in °/h by its name"),
+        ("effects=[mohr,static_bias,mohr]", "mohr is there twice"),
         ("data.gap_s=0", "data.gap_s"),
         ("data.columns.foo=rate_dph", "foo"),
     ],

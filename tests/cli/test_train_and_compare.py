@@ -70,20 +70,23 @@ def test_a_sweep_is_compared_by_run_and_stage(recordings, tmp_path, capsys) -> N
     assert train(recordings, tmp_path / "unused", *sweep) == 0
     files = f"data.files=[{recordings / 'a.csv'},{recordings / 'check.csv'}]"
     assert run("compare", [f"runs=[{tmp_path / 'sweep'}]", files, f"hydra.run.dir={tmp_path / 'out'}"]) == 0
-    assert capsys.readouterr().out.splitlines()[-1] == str(tmp_path / "out" / "comparison.csv")
+    printed = capsys.readouterr().out
+    assert printed.splitlines()[-1] == str(tmp_path / "out" / "comparison.csv")
+    first = [line.split("  ")[0] for line in printed.split("\n\n")[-3].splitlines()]
+    assert first == ["a", "blocks", "uncompensated", "polynomial (2 ×)", "bp_seed1", "bp_seed2"]
     with (tmp_path / "out" / "comparison.csv").open() as file:
         rows = list(csv.DictReader(file))
-    models = ["polynomial_seed1", "polynomial_seed2", "bp_seed1", "bp_seed2"]
+    models = ["polynomial", "polynomial_2", "bp_seed1", "bp_seed2"]
     assert list(rows[0]) == ["run", "stage", "blocks", "uncompensated", *models]
     assert [(row["run"], row["stage"]) for row in rows] == [
         (one, stage) for one in ("a", "check") for stage in ("hold", "heating", "cooling", "edge", "whole")
     ]
     metrics = json.loads((tmp_path / "sweep" / "0" / "metrics.json").read_text())
-    assert float(rows[4]["polynomial_seed1"]) == pytest.approx(metrics["runs"][0]["rms"], rel=1e-4)
+    assert float(rows[4]["polynomial"]) == pytest.approx(metrics["runs"][0]["rms"], rel=1e-4)
     document = json.loads((tmp_path / "out" / "comparison.json").read_text())
     assert document["average_s"] == 100  # as trained
     assert [model["name"] for model in document["models"]] == models
-    assert document["rms"]["polynomial_seed1"] == document["rms"]["polynomial_seed2"] < document["rms"]["uncompensated"]
+    assert document["rms"]["polynomial"] == document["rms"]["polynomial_2"] < document["rms"]["uncompensated"]
     assert document["runs"][0]["stages"][0]["stage"] == "hold"
     assert {"comparison.png", "residual_a.png", "residual_check.png", "tensorboard"} <= {path.name for path in (tmp_path / "out").iterdir()}
 

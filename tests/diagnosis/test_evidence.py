@@ -5,6 +5,8 @@ from __future__ import annotations
 import copy
 import math
 from dataclasses import replace
+from types import SimpleNamespace
+from typing import Any
 
 import pytest
 import torch
@@ -14,7 +16,7 @@ from zoo.catalog import names
 from zoo.diagnosis.alike import indistinguishable
 from zoo.diagnosis.cross_validation import rms_by_run, segment_cost
 from zoo.diagnosis.screening import Screened, screen
-from zoo.diagnosis.search import ACCEPT, Trial, posterior
+from zoo.diagnosis.search import ACCEPT, Search, Step, Trial, posterior, what_helps
 from zoo.diagnosis.structure import examine
 from zoo.fitting.projection import project
 from zoo.scoring.noise import NoiseModel
@@ -133,6 +135,38 @@ def test_an_effect_is_indistinguishable_from_its_own_double(diagnosis, monkeypat
     assert final.names[-1] == name
     monkeypatch.setitem(bench.effects, "double", bench.effects[name])
     assert "double" in indistinguishable(bench, base, final, ["double"])
+
+
+@pytest.mark.parametrize("hidden", ["bias_step", "polarization"])
+def test_all_that_is_said_of_a_candidate_is_from_one_round(diagnosis, hidden) -> None:
+    """Its numbers and its probability; the parameters of an effect that is added are those of the model that has it."""
+    found = diagnosis(hidden)
+    said = {one["effect"]: one for one in found.record["candidates"]}
+    first = found.search.steps[0]
+    assert first.chosen == hidden
+    for trial in first.trials:
+        one = said[trial.screened.name]
+        assert one["beside"] == list(found.search.base.names)
+        assert one["probability"] == pytest.approx(posterior(first.trials)[trial.screened.name])
+        if trial.solved is not None:
+            assert (one["rms"], one["delta_bic"]) == (trial.solved.rms, pytest.approx(-2 * trial.evidence))
+    assert said[hidden]["parameters"] == found.record["parameters"][hidden]
+    assert said[hidden]["rms"] == pytest.approx(found.record["rms_final"], rel=2e-3)
+
+
+def test_where_nothing_suffices_only_large_steps_are_named(diagnosis) -> None:
+    """Steps that take away 50 %, then 20 %, then 60 % of the variance: the first alone helps."""
+    real = diagnosis("bias_step").search.base
+
+    def left(rms: float, *names: str) -> Any:
+        return SimpleNamespace(rms=rms, names=(*real.names, *names))
+
+    models = [left(1.0), left(0.5**0.5, "a"), left(0.4**0.5, "a", "b"), left(0.16**0.5, "a", "b", "c")]
+    steps = [Step(before, [], chosen) for before, chosen in zip(models, ["a", "b", "c", None], strict=True)]
+    helped = what_helps(Search(models[0], models[-1], steps))
+    assert helped.missing == ["a"]
+    assert what_helps(Search(models[0], models[2], [*steps[:1], Step(models[1], [], "b")])).missing == ["a"]
+    assert what_helps(Search(models[0], models[0], [Step(models[0], [], None)])).missing == []
 
 
 @pytest.mark.parametrize("mixture", [(1.0, 0.05, 0.0), (1.0, 0.6, 0.0), (1.0, 0.25, 0.3), (1.1, 1.2, 0.1)])

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from dataclasses import replace
 from itertools import pairwise
 
 import pytest
@@ -97,6 +98,12 @@ def test_what_cannot_be_added_is_refused(runs, catalogue, base, add, words) -> N
         refine(runs(), [], base, add, catalogue)
     assert words in str(caught.value)
     assert len(str(caught.value).splitlines()) <= 2
+
+
+def test_check_runs_averaged_otherwise_are_refused(runs, check, catalogue, base) -> None:
+    other = [replace(run, average_s=2 * run.average_s) for run in check()]
+    with pytest.raises(InputError, match=r"200 s.*100 s"):
+        refine(runs(), other, base, "aging", catalogue)
 
 
 def test_an_effect_named_twice_is_refused(runs, catalogue, base) -> None:

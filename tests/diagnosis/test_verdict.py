@@ -11,6 +11,7 @@ from torch import Generator
 from zoo.catalog import names
 from zoo.diagnosis.diagnose import diagnose
 from zoo.simulator.in_process import as_run
+from zoo.simulator.noise import SILENT
 
 BASE = ("static_bias", "shupe", "mohr")
 ABSORBED = {"sensor_lag": "to first order Mohr's column; the coil's lag takes up the rest"}
@@ -87,11 +88,9 @@ def test_a_line_in_time_is_not_noise(runs, white, catalogue, base, period_s, noi
     assert recurs == [pytest.approx(period_s, rel=0.06)], "a bin of the periodogram wide"
 
 
-ONE_AT_A_TIME = pytest.mark.xfail(strict=False, reason="each alone looks like flicker while the other is there; the search ends in 'unknown'")
-
-
-@pytest.mark.parametrize("seed", [pytest.param(1, marks=ONE_AT_A_TIME), 2, pytest.param(3, marks=ONE_AT_A_TIME), 4])
+@pytest.mark.parametrize("seed", [1, 2, 3, 4])
 def test_two_hidden_effects_are_both_named(simulation, catalogue, base, white, seed) -> None:
+    """Each alone looks like flicker while the other is there, and the coil is bent to make up for both."""
     first, second = (simulation(name, seed) for name in ("polarization", "aging"))
     runs = []
     for one, other in zip(first.runs, second.runs, strict=True):
@@ -101,6 +100,32 @@ def test_two_hidden_effects_are_both_named(simulation, catalogue, base, white, s
     assert record["verdict"] == "missing"
     assert set(record["missing"]) == {"polarization", "aging"}
     assert record["rms_final"] == pytest.approx(white, rel=0.15)
+
+
+@pytest.mark.parametrize("onset_h", [1.9031, 3.3337])
+def test_a_large_step_is_found_to_the_second(runs, white, catalogue, base, onset_h) -> None:
+    """Thirty times the noise, in every run: a hundredth of a run off would leave more than the noise."""
+    found = [replace(run, error=run.error + 30 * white * (run.time - run.time[0] > onset_h * 3600)) for run in runs()]
+    record = diagnose(found, base, catalogue).record
+    assert (record["verdict"], record["missing"]) == ("missing", ["bias_step"])
+    assert record["parameters"]["bias_step"]["onset"]["value"] == pytest.approx(onset_h, abs=20 / 3600)
+    assert record["rms_final"] == pytest.approx(white, rel=0.15)
+
+
+def test_fast_fringes_do_not_pass_for_noise(simulation, runs, white, catalogue, base) -> None:
+    """Three block means a fringe in the ramps: differences of the error are many times the white noise, the residual's are not."""
+    coils = [one.truth["temperature_coil_c"] for one in simulation().runs]
+    found = [replace(run, error=run.error + 5 * white * torch.cos(2 * torch.pi * coil / 5)) for run, coil in zip(runs(), coils, strict=True)]
+    record = diagnose(found, base, catalogue).record
+    assert (record["verdict"], record["missing"]) == ("missing", ["polarization"])
+    assert record["noise"]["white"] == pytest.approx(white, rel=0.15)
+
+
+def test_a_drift_without_noise_is_complete(simulation, catalogue, base) -> None:
+    """What a formula leaves is far below what any gyro's noise would be."""
+    record = diagnose([as_run(one) for one in simulation(noise=SILENT).runs], base, catalogue).record
+    assert (record["verdict"], record["missing"]) == ("complete", [])
+    assert record["rms"] < 2e-3 * record["rms_uncompensated"]
 
 
 def test_one_thermometer_is_enough_for_a_gyro_without_secrets(runs, catalogue, base) -> None:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import subprocess
+import sys
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -241,8 +243,25 @@ def test_a_start_up_row_is_noticed_and_kept(tmp_path: Path) -> None:
 def test_run_names_are_unique(tmp_path: Path) -> None:
     for name in ("x/run.csv", "y/run.csv", "y/run.csv.gz", "y/other.csv"):
         write_measurements(tmp_path / name, recording(100, 1.0))
-    names = [run.name for run in read_runs([tmp_path / "*/*.csv", tmp_path / "y/run.csv.gz", tmp_path / "x/run.csv"])]
+    names = [run.name for run in read_runs([tmp_path / "*/*.csv", tmp_path / "y/run.csv.gz"])]
     assert names == ["x/run", "other", str(tmp_path / "y/run.csv"), str(tmp_path / "y/run.csv.gz")]
+
+
+def test_a_run_counts_once(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    write_measurements(tmp_path / "a.csv", recording(100, 1.0))
+    (tmp_path / "link.csv").symlink_to(tmp_path / "a.csv")
+    monkeypatch.chdir(tmp_path)
+    for files in (["a.csv", "a.csv"], ["a.csv", tmp_path / "a.csv"], ["a.csv", "./*.csv"], ["*.csv"]):
+        with pytest.raises(InputError, match=r"(a|link)\.csv: is named twice"):
+            read_runs(files)
+
+
+@pytest.mark.parametrize("name", ["a.csv", "a.parquet"])
+def test_reading_imports_no_pandas(tmp_path: Path, name: str) -> None:
+    """Arrow would, half-way through, and an interrupt in the meantime would be lost."""
+    path = write_measurements(tmp_path / name, recording(100, 1.0))
+    code = "import sys; from zoo.measurements.read import read_runs; read_runs(sys.argv[1]); sys.exit('pandas' in sys.modules)"
+    assert subprocess.run([sys.executable, "-c", code, str(path)], check=False).returncode == 0
 
 
 REAL = Path(__file__).parents[3] / "shared" / "data" / "real" / "imu_chamber.csv"

@@ -61,12 +61,15 @@ def test_a_mapped_thermometer_is_not_read_twice() -> None:
     ]
 
 
-def test_the_outputs_unit_is_in_its_name_unless_said_otherwise() -> None:
+def test_the_outputs_unit_is_in_its_name_and_may_be_said_again() -> None:
     columns = ("time_s", "temperature_c", "gyro_x_rad_per_s")
-    assert layout(HERE, columns, {"output": "gyro_x_rad_per_s"}).unit == "rad_per_s"
-    overruled = layout(HERE, columns, {"output": "gyro_x_rad_per_s"}, "deg/s")
-    assert overruled.unit == "dps"
-    assert "taken to be in °/s" in overruled.notes[0]
+    for said in (None, "rad/s"):
+        assert layout(HERE, columns, {"output": "gyro_x_rad_per_s"}, said).unit == "rad_per_s"
+
+
+def test_a_column_more_is_kept_by_the_name_that_an_effect_asks_for() -> None:
+    found = layout(HERE, (*PLAIN, "air m/s", "supply_v"), {"airflow": "air m/s"})
+    assert [(source.name, source.column) for source in found.inputs][2:] == [("supply_v", "supply_v"), ("airflow", "air m/s")]
 
 
 def test_times_and_temperatures_in_other_units_are_converted(tmp_path: Path) -> None:
@@ -101,7 +104,12 @@ def test_inputs_that_not_all_runs_have_are_left_out_with_a_note() -> None:
         (PLAIN, {"output": "gz"}, None, r"no column 'gz' \(data\.columns\.output=gz\); its columns: time_s"),
         (("time_s", "temperature_c", "gz"), {"output": "gz"}, None, r"unit of 'gz' is not known; say data\.output_unit=dph\|dps"),
         (PLAIN, {}, "furlong", r"data\.output_unit=furlong: unknown unit 'furlong'; possible: dph"),
+        (PLAIN, {"output": "rate_dph"}, "rad/s", r"a\.csv: 'rate_dph' is in °/h by its name, but data\.output_unit=rad/s"),
         (PLAIN, {"tmie": "time_s"}, None, r"data\.columns\.tmie: no such role; did you mean time"),
+        (PLAIN, {"suply_v": "rate_dph"}, None, r"data\.columns\.suply_v: no such role; did you mean supply_v"),
+        (PLAIN, {"air flow": "rate_dph"}, None, r"data\.columns\.air flow: no such role"),
+        (PLAIN, {"airflow": "rate_dph"}, None, r"'rate_dph' is both data\.columns\.airflow and output"),
+        (PLAIN, {"airflow": "air"}, None, r"no column 'air' \(data\.columns\.airflow=air\)"),
         (
             PLAIN,
             {"output": "rate_dph", "temperature": "rate_dph"},

@@ -1,5 +1,7 @@
 """Laws that every model of the catalogue obeys from the day it is added."""
 
+import re
+
 import pytest
 import torch
 from omegaconf import OmegaConf
@@ -32,7 +34,7 @@ def model(name, raw) -> Model:
 
 def test_inputs_are_columns_of_a_measurement_file(model) -> None:
     assert model.inputs[0] == "time_s"
-    assert all(one.startswith("temperature_") and one.endswith("_c") for one in model.inputs[1:])
+    assert all(re.fullmatch(r"temperature_(\w+_)?c|supply_v|field_ut|humidity_pct|pressure_kpa|reference_\w+", one) for one in model.inputs[1:])
 
 
 def test_forward_is_head_of_features_without_nan(model, raw) -> None:

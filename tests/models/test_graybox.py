@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import pytest
 import torch
 from omegaconf import OmegaConf
@@ -133,9 +135,10 @@ def test_saved_and_loaded_predicts_the_same(full, raw, tmp_path) -> None:
     torch.testing.assert_close(loaded.theta(), full.theta(), rtol=0, atol=0)
 
 
-def test_loading_from_nowhere_is_refused(tmp_path) -> None:
+@pytest.mark.parametrize("kind", [str, Path])
+def test_loading_from_nowhere_is_refused(tmp_path, kind) -> None:
     with pytest.raises(InputError, match="no saved model"):
-        load_model(tmp_path)
+        load_model(kind(tmp_path))
 
 
 def recorded(x: Tensor, error: Tensor, inputs: list[str]) -> Run:

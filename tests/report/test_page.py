@@ -13,9 +13,10 @@ import numpy as np
 import pytest
 
 from zoo.report.page import render, write_report
-from zoo.report.trace import Trace
+from zoo.report.trace import Trace, rms
 
-SECTIONS = ("verdict", "ladder", "runs", "where", "candidates", "experiment", "read", "effects")
+FLOOR = 0.0081
+SECTIONS = ("verdict", "ladder", "runs", "where", "candidates", "read", "effects")
 Record = dict[str, Any]
 
 
@@ -152,7 +153,7 @@ def test_an_unknown_cause(diagnosis: Record, bare_traces: list[Trace]) -> None:
     text = visible(render(diagnosis, bare_traces[:1]))
     assert "Unknown: nothing in the catalogue explains this" in text
     assert "Adding hysteresis (98 %) helps, but what is left is still 3.7× the noise floor." in text
-    assert "A free smooth function of time since the start would explain 42 % of it." in text
+    assert "A free smooth function of time since the start would explain 42 % of the residual." in text
 
 
 def test_effects_that_cannot_be_told_apart(diagnosis: Record, traces: list[Trace]) -> None:
@@ -168,6 +169,91 @@ def test_a_refinement_shows_its_ladder_on_both_kinds_of_runs(diagnosis: Record, 
     assert "as it stands 0.0710 8.8× 0.0740 8.8× + hysteresis 0.0083 1.0× 0.0088 1.0×" in text
 
 
+def test_a_refinement_tells_before_from_after(diagnosis: Record, traces: list[Trace], refinement: Record) -> None:
+    text = visible(render(diagnosis, traces, refinement))
+    assert "RMS before 0.0710 °/h 8.8× noise floor RMS after, with hysteresis 0.0083 °/h 1.0× noise floor" in text
+    assert "hysteresis added probability" in text
+    for word in ("to add", "missing effects", "as it stands leaves", "residual now"):
+        assert word not in text, word
+    assert text.count("Residual before [°/h]") == 2 * len(traces)  # two scatters a run, each with both residuals
+    assert "Residual now [°/h]" in visible(render(diagnosis, traces))
+
+
+def test_nothing_was_before_where_nothing_was_added(diagnosis: Record, bare_traces: list[Trace], refinement: Record) -> None:
+    refinement.update(ladder=refinement["ladder"][:1], verdict="unknown")
+    diagnosis.update(verdict="unknown", missing=[], unexplained=[{"depends_on": "time", "explains": 0.4}])
+    text = visible(render(diagnosis, bare_traces[:1], refinement))
+    assert "RMS of the residual now 0.0710" in text
+    assert "before" not in text
+    assert "would explain 40 % of the residual." in text
+
+
+def test_what_was_unexplained_before_is_said_so(diagnosis: Record, traces: list[Trace], refinement: Record) -> None:
+    diagnosis.update(unexplained=[{"depends_on": "time", "explains": 0.4}])
+    text = visible(render(diagnosis, traces[:1], refinement))
+    assert "What was unexplained A free smooth function of time would have explained 40 % of the residual before." in text
+
+
+def test_one_residual_needs_no_name(diagnosis: Record, bare_traces: list[Trace]) -> None:
+    text = visible(render(diagnosis, bare_traces[:1]))
+    assert "Residual now" not in text
+    assert text.count("Residual [°/h]") == 3
+
+
+def test_check_runs_are_held_against_their_own_noise(diagnosis: Record, traces: list[Trace], refinement: Record) -> None:
+    refinement.update(noise_floor_check=2 * refinement["noise_floor"])
+    text = visible(render(diagnosis, traces[2:], refinement))
+    fit, check = (rms(trace.residual_after) for trace in traces[2:])
+    assert f"after {fit:.4f} °/h, {fit / FLOOR:.1f}× noise floor" in text
+    assert f"after {check:.4f} °/h, {check / FLOOR / 2:.1f}× noise floor" in text
+    assert "RMS on check runs 0.0088 °/h 0.5× noise floor; before 0.0740" in text
+    assert "+ hysteresis 0.0083 1.0× 0.0088 0.5×" in text
+
+
+def test_pieces_of_a_fitted_run_are_called_so(diagnosis: Record, traces: list[Trace], refinement: Record) -> None:
+    refinement.update(check_runs=["run_1 (held out)"])
+    text = visible(render(diagnosis, [traces[0], replace(traces[3], run="run_1 (held out)")], refinement))
+    assert "RMS on held-out pieces" in text
+    assert "run_1 (held out) held out" in text
+    assert "check run, not fitted" not in text
+
+
+def test_two_are_both(diagnosis: Record, traces: list[Trace]) -> None:
+    diagnosis["missing"] = ["hysteresis", "aging"]
+    assert "RMS with both added" in visible(render(diagnosis, traces[:1]))
+
+
+def test_parameters_are_in_the_scale_of_the_tables(diagnosis: Record, traces: list[Trace]) -> None:
+    slope = {"value": 1.2e-6, "stderr": 1e-7, "unit": "rad_per_s/K^2"}
+    diagnosis.update(unit="rad_per_s", rms=3.4e-7, noise_floor=3.9e-8, parameters={"static_bias": {"c2": slope, "T0": {"value": 20.0, "unit": "K"}}})
+    text = visible(render(diagnosis, traces[:1]))
+    assert "c2 1200 ± 100 nrad/s/K²" in text
+    assert "T0 20.0 K" in text
+
+
+def test_equal_notes_are_said_once(diagnosis: Record, traces: list[Trace]) -> None:
+    diagnosis["notes"] = ["1 block is thin", "run_1: 2 gaps", "1 block is thin", "run_3: 2 gaps", "odd: this"]
+    assert "Notes 1 block is thin (2 times) run_1 and run_3: 2 gaps odd: this" in visible(render(diagnosis, traces[:1]))
+
+
+def test_edges_are_explained_once(page: str) -> None:
+    assert visible(page).count("edge: within five minutes") == 1
+
+
+@pytest.mark.parametrize(("before", "kind"), [(0.02, "linear"), (0.5, "logarithmic")])
+def test_the_ladder_says_what_its_axis_is(diagnosis: Record, traces: list[Trace], before: float, kind: str) -> None:
+    diagnosis["rms"] = before
+    assert f"RMS [°/h], {kind} axis" in visible(render(diagnosis, traces[:1]))
+
+
+def test_a_step_of_two_effects_is_written_in_full(diagnosis: Record, traces: list[Trace]) -> None:
+    diagnosis["missing"] = ["aging", "hysteresis", "polarization"]
+    drawing = re.search(r'<section id="ladder">.*?</svg>', render(diagnosis, traces[:1]), re.DOTALL)
+    assert drawing is not None
+    assert "+ hysteresis and" in drawing[0]
+    assert ">polarization<" in drawing[0]
+
+
 def test_a_refinement_without_a_diagnosis(traces: list[Trace], refinement: Record) -> None:
     text = visible(render({}, traces[:1], refinement))
     assert "The model is complete with hysteresis added" in text
@@ -178,6 +264,7 @@ def test_the_next_experiment(diagnosis: Record, traces: list[Trace]) -> None:
     profile = {"legs": [[20, 20, 3600], [20, 60, 1200]], "name": "legs"}
     diagnosis["next_experiment"] = {"separates": ["mohr", "sensor_lag"], "why": "a fast ramp", "profile": profile}
     page = render(diagnosis, traces[:1])
+    assert 'id="experiment"' in page
     assert "Separates mohr and sensor_lag. a fast ramp" in visible(page)
     assert "Chamber program of 2 legs" in page
 
@@ -212,7 +299,7 @@ def test_very_long_names(diagnosis: Record, traces: list[Trace], refinement: Rec
     assert "a_very_long_effect_name_a…" in visible(page)
 
 
-@pytest.mark.parametrize(("unit", "factor", "shown"), [("rad_per_s", 4.848e-6, "10⁻⁹ rad/s"), ("ug", 500.0, "µg"), ("furlongs", 1.0, "furlongs")])
+@pytest.mark.parametrize(("unit", "factor", "shown"), [("rad_per_s", 4.848e-6, "nrad/s"), ("ug", 500.0, "µg"), ("furlongs", 1.0, "furlongs")])
 def test_other_units(diagnosis: Record, traces: list[Trace], unit: str, factor: float, shown: str) -> None:
     diagnosis.update(unit=unit, rms=0.071 * factor, noise_floor=0.0081 * factor)
     scaled = [replace(trace, error=trace.error * factor, model=trace.model * factor, refined=None) for trace in traces[:1]]

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import io
+import re
 from typing import Any
 
 import pytest
@@ -52,6 +53,38 @@ def test_an_empty_diagnosis(diagnosis: Record) -> None:
     assert "None" not in text
 
 
+LONG = ["aging", "bias_step", "polarization", "rate_temperature_coupling", "sensor_lag", "warm_up"]
+
+
+@pytest.mark.parametrize("width", [60, 72, 80, 100])
+@pytest.mark.parametrize("verdict", ["missing", "unknown"])
+def test_names_and_numbers_are_whole_however_many_cannot_be_told_apart(diagnosis: Record, width: int, verdict: str) -> None:
+    diagnosis["verdict"] = verdict
+    diagnosis["candidates"][1].update(effect="rate_temperature_coupling", probability=0.42)
+    for entry in diagnosis["candidates"]:
+        entry["indistinguishable_from"] = [name for name in LONG if name != entry["effect"]]
+    lines = printed(diagnosis, width).splitlines()
+    assert max(len(line) for line in lines if COMMAND not in line) <= width
+    assert any(re.search(r"^  hysteresis .* 98 % +0\.0083", line) for line in lines)
+    assert any(re.search(r"^  rate_temperature_coupling .* 42 % +0\.0400", line) for line in lines)
+    assert "…" not in "".join(line for line in lines if "run_1" not in line)  # only the range of temperatures
+    assert ("not told apart: rate_temperature_coupling from aging" in " ".join(lines)) == (verdict == "missing")
+    assert ("not told apart: hysteresis from aging" in " ".join(lines)) == (verdict == "unknown")
+
+
+def test_all_columns_where_there_is_room(diagnosis: Record) -> None:
+    assert "cross-val." in printed(diagnosis, 80)
+    assert "from [h]" in printed(diagnosis, 80)
+    assert "cross-val." not in printed(diagnosis, 50)
+
+
+def test_powers_and_prefixes_in_ascii(diagnosis: Record) -> None:
+    diagnosis.update(unit="rad_per_s", rms=3.4e-5, noise_floor=3.9e-6)
+    assert "RMS 34.0 urad/s" in printed(diagnosis, encoding="ascii")
+    diagnosis.update(unit="dph", rms=3.4e-7, noise_floor=3.9e-8)
+    assert "RMS 340 10-9 deg/h" in printed(diagnosis, encoding="ascii")
+
+
 @pytest.mark.parametrize("width", [50, 80])
 def test_the_ladder(refinement: Record, width: int) -> None:
     stream = io.StringIO()
@@ -60,6 +93,7 @@ def test_the_ladder(refinement: Record, width: int) -> None:
     assert "The model is complete with hysteresis added" in text
     assert "+\u00a0hysteresis" in text
     assert "0.0088" in text
+    assert "noise floor 0.0081 °/h, of the check runs 0.0084 °/h" in " ".join(text.split())
     assert max(map(len, text.splitlines())) <= width
 
 

@@ -1,10 +1,10 @@
-"""What a refinement is worth on runs that were not fitted, in words."""
+"""What a diagnosis means, and what a refinement is worth on runs that were not fitted, in words."""
 
 from __future__ import annotations
 
 import pytest
 
-from zoo.report.verdict import Record, verdict_of, worth_adding
+from zoo.report.verdict import Record, ladder, rms_after, verdict_of, worth_adding
 
 
 def refined(checks: list[float | None], **more: object) -> Record:
@@ -36,3 +36,89 @@ def test_the_reader_is_told_where_to_stop(more) -> None:
     assert any("best with hysteresis alone: stop there" in sentence for sentence in said.sentences)
     assert any("do without" in sentence for sentence in verdict_of({}, refined([0.2, 0.3], **more)).sentences)
     assert not any("stop" in sentence or "without" in sentence for sentence in verdict_of({}, refined([0.2, 0.1], **more)).sentences)
+
+
+def words(diagnosis: Record, refinement: Record | None = None) -> str:
+    said = verdict_of(diagnosis, refinement)
+    return " ".join([f"{said.headline}.", *said.sentences])
+
+
+@pytest.mark.parametrize(
+    ("floor", "checks", "said", "unsaid"),
+    [
+        (0.08, [0.2, 0.3], ["Not borne out", "fitted too closely"], ["neither", "fell"]),
+        (
+            0.02,
+            [0.2, 0.3],
+            ["Not borne out", "is not noise, neither on the fitted runs nor on the runs that were not fitted"],
+            ["too closely", "fell"],
+        ),
+        (
+            0.02,
+            [0.2, 0.12],
+            ["Not down to the noise", "fell by 40 %, but not down to the noise: it is still 6.0× the floor there"],
+            ["Not borne out"],
+        ),
+        (0.08, [0.2, 0.12], ["Not down to the noise", "fell by 40 %", "fitted too closely"], ["Not borne out", "neither"]),
+    ],
+)
+def test_a_check_that_fails_says_why(floor: float, checks: list[float | None], said: list[str], unsaid: list[str]) -> None:
+    text = words({}, refined(checks, noise_floor=floor, noise_floor_check=0.02))
+    assert all(part in text for part in said), text
+    assert not any(part in text for part in unsaid), text
+
+
+def test_pieces_that_were_held_out_are_no_runs() -> None:
+    text = words({}, refined([0.2, 0.1, 0.12], noise_floor=0.02, check_runs=["a (held out)", "b (held out)"]))
+    assert "The held-out pieces are predicted best with hysteresis alone" in text
+    assert "neither on what was fitted nor on the held-out pieces" in text
+    assert "runs" not in text
+    assert "runs that were not fitted" in words({}, refined([0.2, 0.1, 0.12], check_runs=["a (held out)", "check"]))
+
+
+@pytest.mark.parametrize(("ratio", "said"), [(1.2, "is noise."), (1.5, "looks like noise, coloured more than white: RMS 1.5× the floor.")])
+def test_noise_is_not_called_so_where_the_floor_says_otherwise(ratio: float, said: str) -> None:
+    missing = {"verdict": "missing", "missing": ["aging"], "rms": 9.0, "rms_final": ratio, "noise_floor": 1.0}
+    assert f"With it added, what the model leaves {said}" in words(missing)
+    assert f"What it leaves {said}" in words({"verdict": "complete", "rms": ratio, "noise_floor": 1.0})
+    rungs = [{"added": None, "effects": [], "rms": 9.0}, {"added": "aging", "effects": [], "rms": ratio}]
+    assert f"What it leaves {said}" in words({}, {"verdict": "complete", "ladder": rungs, "noise_floor": 1.0})
+
+
+def test_the_last_rms_is_of_the_last_fit() -> None:
+    first = {"effect": "aging", "rms": 0.5}
+    one: Record = {"effects": ["mohr"], "missing": ["aging"], "rms": 0.9, "rms_final": 0.3, "candidates": [first]}
+    assert rms_after(one, []) == 0.3
+    assert [rung.rms for rung in ladder(one)] == [0.9, 0.3]
+    assert rms_after({**one, "rms_final": None}, []) == 0.5
+    two = {**one, "missing": ["aging", "hysteresis"]}
+    assert [rung.rms for rung in ladder(two)] == [0.9, 0.5, 0.3]
+
+
+def test_what_is_needed_beside_another_is_no_twin_of_it() -> None:
+    twins = {"effect": "hysteresis", "probability": 0.77, "indistinguishable_from": ["aging", "polarization"]}
+    found: Record = {"verdict": "missing", "missing": ["hysteresis", "polarization"], "candidates": [twins]}
+    text = words(found)
+    assert "Missing: hysteresis or aging (77 %) and polarization." in text
+    assert "cannot tell hysteresis from aging: compare both" in text
+    assert words({**found, "missing": ["hysteresis", "aging", "polarization"]}).count("cannot tell") == 0
+
+
+def test_many_twins_are_counted_above_and_named_below() -> None:
+    twins = {"effect": "hysteresis", "indistinguishable_from": ["a", "b", "c"]}
+    text = words({"verdict": "missing", "missing": ["hysteresis"], "candidates": [twins]})
+    assert "Missing: hysteresis or one of 3 like it." in text
+    assert "cannot tell hysteresis from a, b or c" in text
+
+
+def test_an_apposition_is_closed() -> None:
+    facts = [{"depends_on": "the size of the rate, not its sign", "explains": 0.94}, {"depends_on": "time", "explains": 0.5}]
+    text = words({"verdict": "unknown", "unexplained": facts})
+    assert "function of the size of the rate, not its sign, would explain 94 % of the residual." in text
+    assert "function of time would explain 50 % of the residual." in text
+
+
+def test_what_was_never_added_cannot_fail_to_be_borne_out() -> None:
+    assert words({}, refined([0.2], noise_floor=0.02)) == "Incomplete. What is left is not noise."
+    assert "nothing in the catalogue" in words({"verdict": "unknown"}, refined([0.2], noise_floor=0.02))
+    assert "Not borne out as it stands" in words({}, refined([0.2], noise_floor=0.09))

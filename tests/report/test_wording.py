@@ -50,7 +50,10 @@ def test_times(ratio: float | None, text: str) -> None:
     assert times(ratio) == text
 
 
-@pytest.mark.parametrize(("unit", "text"), [("dph", "°/h"), ("dph·min/K", "°/h·min/K"), ("K", "K"), (None, ""), ("m_per_s2/K", "m/s²/K")])
+@pytest.mark.parametrize(
+    ("unit", "text"),
+    [("dph", "°/h"), ("dph·min/K", "°/h·min/K"), ("K", "K"), (None, ""), ("m_per_s2/K", "m/s²/K"), ("dph/(K/min)/K^2", "°/h/(K/min)/K²")],
+)
 def test_units_as_written(unit: str | None, text: str) -> None:
     assert unit_symbol(unit) == text
 
@@ -73,3 +76,22 @@ def test_joined(names: list[str] | None, text: str) -> None:
 def test_a_scale_writes_a_column(floor: float | None, rms: float | None, label: str, text: str) -> None:
     scale = Scale.of("dph", floor, rms)
     assert (scale.label, scale.text(rms)) == (label, text)
+
+
+@pytest.mark.parametrize(
+    ("unit", "given", "text"),
+    [
+        ("rad_per_s", "rad_per_s/K", ("2000 ± 100", "nrad/s/K")),
+        ("rad_per_s", "rad_per_s", ("2000 ± 100", "nrad/s")),
+        ("rad_per_s", "K", ("(2.00 ± 0.10)·10⁻⁶", "K")),
+        ("dph", "dph/K^2", ("2000 ± 100", "10⁻⁹ °/h/K²")),
+        ("m_per_s2", "m_per_s2", ("2000 ± 100", "nm/s²")),
+        ("g", "gauss", ("(2.00 ± 0.10)·10⁻⁶", "gauss")),  # begins with the output's unit, and is another
+    ],
+)
+def test_a_scale_writes_parameters(unit: str, given: str, text: tuple[str, str]) -> None:
+    assert Scale.of(unit, 3.9e-8, 3.4e-7).parameter(2e-6, 1e-7, given) == text
+
+
+def test_an_ordinary_scale_leaves_parameters_alone() -> None:
+    assert Scale.of("dph", 0.008, 0.07).parameter(2e-6, 1e-7, "dph") == ("(2.00 ± 0.10)·10⁻⁶", "°/h")

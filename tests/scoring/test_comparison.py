@@ -3,7 +3,7 @@
 import pytest
 import torch
 
-from zoo.scoring.comparison import residuals, rms_by_kind, rms_by_stage
+from zoo.scoring.comparison import alike, residuals, rms_by_kind, rms_by_stage
 from zoo.scoring.stages import Stage
 
 
@@ -38,3 +38,13 @@ def test_single_stages_tell_where_they_are() -> None:
         "rms": {"uncompensated": 3.0, "perfect": 0.0},
         "bias_stability": {"uncompensated": pytest.approx(18**0.5), "perfect": 0.0},
     }
+
+
+def test_models_that_predict_the_same_are_one() -> None:
+    other = ERROR / 2 + 1e-7 * torch.arange(6)
+    runs = [
+        residuals(ERROR, {"a": ERROR / 2, "b": other, "c": ERROR / 2 + 1e-12, "d": ERROR / 2}),
+        residuals(ERROR, dict.fromkeys("abc", ERROR) | {"d": other}),
+    ]
+    assert alike(runs[:1], ["a", "b", "c", "d"]) == [["a", "c", "d"], ["b"]]
+    assert alike(runs, ["a", "b", "c", "d"]) == [["a", "c"], ["b"], ["d"]]  # in every run

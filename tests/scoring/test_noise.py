@@ -202,6 +202,30 @@ def test_runs_do_not_know_of_each_other() -> None:
     torch.testing.assert_close(both(torch.cat([one, 5 + one]))[:40], Whitener(noise, [grid(40)])(one))
 
 
+@pytest.mark.parametrize("mixture", [(1.0, 0.0, 0.5), (1.0, 0.6, 0.0), (0.5, 0.3, 0.3)])
+def test_pieces_of_a_run_have_their_share_of_its_covariance(mixture) -> None:
+    """All of it for white noise and walk; for flicker that of differences, for a shorter piece lacks the slowest Markov processes."""
+    count, noise = WHITENED_AT_ONCE + 30, NoiseModel(*mixture)
+    whole, at = noise.covariance(grid(count)), 0
+    for piece in grid(count).pieces:
+        found, expected = noise.covariance(piece), whole[at : at + len(piece.time), at : at + len(piece.time)]
+        at += len(piece.time)
+        near = (slice(0, 30), slice(0, 30))
+        if not mixture[1]:
+            torch.testing.assert_close(found, expected, rtol=1e-12, atol=0)
+        torch.testing.assert_close(differences(found[near]), differences(expected[near]), rtol=0.02, atol=0)
+
+
+def differences(matrix: Tensor) -> Tensor:
+    """Variance of the difference of any two values."""
+    return matrix.diagonal().unsqueeze(0) + matrix.diagonal().unsqueeze(1) - 2 * matrix
+
+
+@pytest.mark.parametrize("kept", [0.3, 0.5, 0.9])
+def test_however_many_differences_are_kept_the_level_is_that_of_the_noise(kept) -> None:
+    assert white_level([SIGMA * normal(40000, 3)], kept) == pytest.approx(SIGMA, rel=0.02)
+
+
 def test_a_long_run_is_cut_into_pieces() -> None:
     count = WHITENED_AT_ONCE + 30
     whitener = Whitener(NoiseModel(1.0, 0.3), [grid(count)])

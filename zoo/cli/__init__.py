@@ -5,6 +5,9 @@ from __future__ import annotations
 import os
 import sys
 
+import zoo
+from zoo.cli.interrupts import leaving_at_once
+
 USAGE = """fogzoo: the thermal drift of fibre-optic gyroscopes
 
   fogzoo simulate    chamber runs of a simulated gyro, with the truth beside them
@@ -21,22 +24,37 @@ fogzoo VERB --help lists the settings; fogzoo VERB key=value sets them. Start: f
 
 def main() -> None:
     """Entry point of the console command `fogzoo`."""
-    from zoo.cli.application import VERBS, run
-    from zoo.errors import nearest
-
     arguments = sys.argv[1:]
     if not arguments or arguments[0] in {"-h", "--help", "help"}:
-        sys.exit(_usage(0 if arguments else 2))
-    verb = arguments[0]
-    if verb not in VERBS:
-        print(f"error: unknown verb '{verb}': {nearest(verb, VERBS)}", file=sys.stderr)
-        sys.exit(2)
-    sys.exit(run(verb, arguments[1:]))
+        sys.exit(_print(USAGE, 0 if arguments else 2))
+    if "--version" in arguments[:2]:
+        sys.exit(_print(f"fogzoo {zoo.__version__}", 0))
+    sys.exit(run(arguments[0], arguments[1:]))
 
 
-def _usage(code: int) -> int:
+def run(verb: str, arguments: list[str]) -> int:
+    """Run one verb, with torch and Hydra imported only now.
+
+    Args:
+        verb: one of those in `USAGE`.
+        arguments: Hydra flags and overrides.
+
+    Returns:
+        The exit code.
+    """
+    with leaving_at_once():
+        from zoo.cli import application
+        from zoo.errors import nearest
+
+    if verb not in application.VERBS:
+        print(f"error: unknown verb '{verb}': {nearest(verb, application.VERBS)}", file=sys.stderr)
+        return 2
+    return application.run(verb, arguments)
+
+
+def _print(text: str, code: int) -> int:
     try:
-        print(USAGE, flush=True)
+        print(text, flush=True)
     except BrokenPipeError:  # a pager that was closed early
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
     return code

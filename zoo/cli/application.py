@@ -7,7 +7,7 @@ import os
 import re
 import sys
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
 
 import hydra
@@ -15,17 +15,21 @@ from hydra.core.hydra_config import HydraConfig
 from hydra.errors import (
     ConfigCompositionException,
     HydraException,
-    InstantiationException,
     MissingConfigException,
     OverrideParseException,
     SearchPathException,
 )
 from omegaconf import DictConfig
 from omegaconf.errors import OmegaConfBaseException
+from yaml import YAMLError  # type: ignore[import-untyped]
 
 from zoo.artifacts import writable_folder
 from zoo.catalog import config_folder, names
-from zoo.errors import InputError, WorkError, nearest
+from zoo.cli.closed_pipe import nobody_reads, print_to_nobody, unread_logs
+from zoo.cli.folders import hollow_removed
+from zoo.cli.interrupts import tell_interrupted
+from zoo.cli.wrong_settings import check_flags, check_once, instead
+from zoo.errors import InputError, WorkError, causes, nearest
 
 Verb = Callable[[DictConfig, Path], Path]
 WRONG_SETTINGS = (
@@ -33,10 +37,9 @@ WRONG_SETTINGS = (
     OverrideParseException,
     MissingConfigException,
     SearchPathException,
-    InstantiationException,
     OmegaConfBaseException,
+    YAMLError,
 )
-INTERRUPTED = 130
 VERBS = ("simulate", "train", "compare", "diagnose", "refine", "compensate", "export", "reproduce")
 
 
@@ -53,12 +56,14 @@ def run(verb: str, arguments: list[str]) -> int:
     traced = os.environ.get("HYDRA_FULL_ERROR") == "1"
     sys.argv = [f"fogzoo {verb}", *arguments]
     codes: list[int] = []
-    with _unwrapped():
+    with _unwrapped(), unread_logs():
         try:
-            hydra.main(version_base="1.3", config_path=str(config_folder()), config_name=verb)(_task(verb, codes, traced))()
+            with hollow_removed(), suppress(SystemExit):  # Hydra's own end after --help
+                check_flags(arguments)
+                hydra.main(version_base="1.3", config_path=str(config_folder()), config_name=verb)(_task(verb, codes, traced))()
+            sys.stdout.flush()
         except KeyboardInterrupt:
-            print("interrupted; results are written whole or not at all", file=sys.stderr)
-            return INTERRUPTED
+            return tell_interrupted()
         except Exception as error:
             if traced:
                 raise
@@ -81,6 +86,8 @@ def _unwrapped() -> Iterator[None]:
 
 
 def _tell(error: BaseException) -> int:
+    if nobody_reads(error):
+        return print_to_nobody()
     code, message = explain(error)
     print(message, file=sys.stderr)
     return code
@@ -91,14 +98,15 @@ def _task(verb: str, codes: list[int], traced: bool) -> Callable[[DictConfig], s
 
     def task(config: DictConfig) -> str | None:
         try:
+            check_once(HydraConfig.get().overrides.task)
             module = importlib.import_module(f"zoo.cli.{verb}")
             result = str(module.run(config, writable_folder(HydraConfig.get().runtime.output_dir)))
-        except Exception as error:
+            print(result, flush=True)
+        except (Exception, SystemExit) as error:
             if traced:
                 raise
             codes.append(_tell(error))
             return None
-        print(result)
         return result
 
     task.__name__ = verb
@@ -107,15 +115,14 @@ def _task(verb: str, codes: list[int], traced: bool) -> Callable[[DictConfig], s
 
 def explain(error: BaseException) -> tuple[int, str]:
     """The exit code and the one or two lines for an exception; never a traceback."""
-    for cause in _chain(error):
+    for cause in causes(error):
         if isinstance(cause, InputError):
             return 2, f"error: {cause}"
         if isinstance(cause, WorkError):
             return 1, f"failed: {cause}"
-    unknown = re.search(r"Could not (?:find|load) '([^']+)/([^'/]+)'", str(error)) if isinstance(error, MissingConfigException) else None
-    if unknown:
+    if isinstance(error, MissingConfigException) and (unknown := re.search(r"Could not (?:find|load) '([^']+)/([^'/]+)'", str(error))):
         group, name = unknown.groups()
-        return 2, f"error: unknown {group.removesuffix('s')} '{name}': {nearest(name, names(group))}"
+        return 2, f"error: unknown {group.removesuffix('s')} '{name}': {nearest(name, names(group, _searched(error)))}"
     if isinstance(error, OSError) and error.filename:
         return 2, f"error: {error.filename}: cannot be written ({error.strerror}); choose another folder with hydra.run.dir=…"
     if isinstance(error, WRONG_SETTINGS):
@@ -124,12 +131,9 @@ def explain(error: BaseException) -> tuple[int, str]:
     return 1, f"failed: {known}{_first_lines(error)} (HYDRA_FULL_ERROR=1 shows where)"
 
 
-def _chain(error: BaseException | None) -> list[BaseException]:
-    found: list[BaseException] = []
-    while error is not None and error not in found:
-        found.append(error)
-        error = error.__cause__ or error.__context__
-    return found
+def _searched(error: MissingConfigException) -> list[Path]:
+    """The folders that Hydra looked in, the user's own included, which only its message tells: there is no configuration yet to ask."""
+    return [Path(folder) for folder in re.findall(r"path=file://(.+)$", str(error), re.MULTILINE)]
 
 
 def _first_lines(error: BaseException) -> str:
@@ -140,4 +144,4 @@ def _first_lines(error: BaseException) -> str:
     key = re.search(r"Could not override '([^']+)'", str(error))
     if key:
         return f"unknown key '{key.group(1)}'; --cfg job prints all keys (a new key takes a leading +)"
-    return " ".join(lines[:2]) or type(error).__name__
+    return instead(error) or " ".join(lines if isinstance(error, YAMLError) else lines[:2]) or type(error).__name__

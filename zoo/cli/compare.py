@@ -2,27 +2,25 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
 import torch
 from omegaconf import DictConfig, OmegaConf
-from rich.console import Console
-from rich.table import Table
 from torch import Tensor
 
 from zoo.artifacts import write_json, write_text
 from zoo.cli.inputs import read_data
-from zoo.cli.saved_models import SavedModel, find_models
+from zoo.cli.saved_models import SavedModel, distinct_names, find_models
 from zoo.errors import InputError, WorkError
 from zoo.measurements.run import Run
 from zoo.models.prediction import predict_blocks, usable_device
-from zoo.scoring.comparison import UNCOMPENSATED, WHOLE, residuals, rms_by_kind, rms_by_stage
+from zoo.scoring.comparison import UNCOMPENSATED, alike, residuals, rms_by_kind, rms_by_stage
 from zoo.scoring.stages import Stage, bias_stability, label_stages, rms
 from zoo.units import symbol
 
 Scored = tuple[Run, dict[str, Tensor]]
-UNLIMITED = 10_000
 WHAT_IT_WAS = ("init", "optimizer", "seed")
 
 
@@ -46,9 +44,12 @@ def run(config: DictConfig, out: Path) -> Path:
     columns = [UNCOMPENSATED, *(model.name for model in models)]
     pooled = {name: rms(torch.cat([left[name] for _, left in scored])) for name in columns}
     write_json(out / "comparison.json", _document(models, scored, stages, rows, pooled))
-    _draw(out, scored, rows, columns, pooled)
-    _print(rows, columns, pooled, runs[0])
-    return write_text(out / "comparison.csv", _csv(rows, ["run", "stage", "blocks", *columns]))
+    labels = _labels(models, scored)
+    shown = [{key: row[key] for key in ("run", "stage", "blocks")} | _relabelled(row, labels) for row in rows]
+    _draw(out, scored, shown, labels, pooled)
+    path = write_text(out / "comparison.csv", _csv(rows, ["run", "stage", "blocks", *columns]))
+    _print(runs[0], shown, _relabelled(pooled, labels))  # last: who reads it may have gone
+    return path
 
 
 def _with_trained_blocks(config: DictConfig, models: list[SavedModel]) -> DictConfig:
@@ -97,19 +98,34 @@ def _csv(rows: list[dict[str, Any]], columns: list[str]) -> str:
     return text
 
 
-def _draw(out: Path, scored: list[Scored], rows: list[dict[str, Any]], columns: list[str], pooled: dict[str, float]) -> None:
+def _labels(models: list[SavedModel], scored: list[Scored]) -> dict[str, str]:
+    """What is shown, by what it is called: models of one type that predict the same are shown once, with how many they are."""
+    left, by_name = [each for _, each in scored], {model.name: model for model in models}
+    kinds = dict.fromkeys(model.kind for model in models)
+    groups = [group for kind in kinds for group in alike(left, [model.name for model in models if model.kind == kind])]
+    names = distinct_names([by_name[group[0]] for group in groups])
+    counts = [f" ({len(group)} ×)" if len(group) > 1 else "" for group in groups]
+    return {UNCOMPENSATED: UNCOMPENSATED} | {name + count: group[0] for name, count, group in zip(names, counts, groups, strict=True)}
+
+
+def _relabelled(values: Mapping[str, Any], labels: dict[str, str]) -> dict[str, Any]:
+    return {label: values[name] for label, name in labels.items()}
+
+
+def _draw(out: Path, scored: list[Scored], shown: list[dict[str, Any]], labels: dict[str, str], pooled: dict[str, float]) -> None:
     # Matplotlib and TensorBoard take a second to import: only here, once the work is done.
     from torch.utils.tensorboard import SummaryWriter
 
-    from zoo.report.comparison_figure import residual_figure, rms_figure
+    from zoo.report.comparison_figure import colors_of, residual_figure, rms_figure
     from zoo.report.palette import styled
 
-    unit = symbol(scored[0][0].unit)
+    unit, overall = symbol(scored[0][0].unit), _relabelled(pooled, labels)
     with styled(), SummaryWriter(str(out / "tensorboard")) as board:
-        figures = {"comparison": rms_figure(rows, columns, unit)}
+        figures = {"comparison": rms_figure(shown, overall, unit)}
         for one, left in scored:
             hours = (one.block_mean(one.time) / 3600).numpy()
-            figures[f"residual_{one.name}"] = residual_figure(one.name, hours, {name: value.numpy() for name, value in left.items()}, unit)
+            curves = {label: value.numpy() for label, value in _relabelled(left, labels).items()}
+            figures[f"residual_{one.name}"] = residual_figure(one.name, hours, curves, unit, colors_of(overall))
         for name, figure in figures.items():
             figure.savefig(out / f"{name}.png", dpi=100)
             board.add_figure(name, figure)
@@ -117,17 +133,7 @@ def _draw(out: Path, scored: list[Scored], rows: list[dict[str, Any]], columns: 
             board.add_scalar(f"rms/{name}", value)
 
 
-def _print(rows: list[dict[str, Any]], columns: list[str], pooled: dict[str, float], first: Run) -> None:
-    table = Table("run", "stage", "blocks", *columns, title=f"RMS of the error [{symbol(first.unit)}], {first.average_s:g} s means")
-    for row in rows:
-        table.add_row(row["run"], row["stage"], str(row["blocks"]), *_cells(row, columns), end_section=row["stage"] == WHOLE)
-    table.add_row("all", WHOLE, str(sum(row["blocks"] for row in rows if row["stage"] == WHOLE)), *_cells(pooled, columns))
-    console = Console()
-    # A file or a pipe has no width; the table shall not be cut there.
-    whole = console.measure(table, options=console.options.update(width=UNLIMITED)).maximum
-    console.print(table, width=None if console.is_terminal else whole, crop=False)
+def _print(first: Run, shown: list[dict[str, Any]], overall: dict[str, float]) -> None:
+    from zoo.report.comparison_table import print_comparison
 
-
-def _cells(values: dict[str, Any], columns: list[str]) -> list[str]:
-    best = min(values[name] for name in columns)
-    return [f"[bold]{values[name]:#.3g}[/bold]" if values[name] == best else f"{values[name]:#.3g}" for name in columns]
+    print_comparison(f"RMS of the error [{symbol(first.unit)}], {first.average_s:g} s means", shown, list(overall), overall)

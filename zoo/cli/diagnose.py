@@ -39,7 +39,7 @@ def run(config: DictConfig, out: Path) -> Path:
         base, final = found.search.base.model.cpu(), found.search.final.model.cpu()
         refined = final if found.search.missing else None
         drawn = [*traces([run.to("cpu") for run in found.bench.runs], "fit", base, refined), *traces(check_runs, "check", base, refined)]
-        commands = next_commands(config, found.search.missing)
+        commands = next_commands(found.search.missing)
         write_report(out / "report.html", found.record, drawn, commands=commands)
         write_events(out / "tensorboard", found.record, drawn)
         path = write_json(out / "diagnosis.json", found.record)

@@ -3,13 +3,17 @@
 from __future__ import annotations
 
 import shlex
+from pathlib import Path
 from typing import Any
 
+from hydra.core.hydra_config import HydraConfig
+from hydra.core.override_parser.overrides_parser import OverridesParser
 from omegaconf import DictConfig, OmegaConf
 
-from zoo.catalog import build, create, names
+from zoo.catalog import create, find, load, names
 from zoo.cli.inputs import searchpath
 from zoo.effects.base import Effect
+from zoo.effects.checks import check_effect
 from zoo.errors import InputError, nearest
 
 
@@ -25,6 +29,47 @@ def model_effects(config: DictConfig) -> list[str]:
     return chosen
 
 
+def chosen(config: DictConfig) -> dict[str, Effect]:
+    """The effects of the model as it stands, as configured.
+
+    Raises:
+        InputError: one of them is wrong, see `made`.
+    """
+    folders = searchpath()
+    for name in _typed("effects"):
+        load("effects", name, folders)  # Hydra merges the YAMLs unseen: of a wrong one nothing is left, or something else
+    return {str(name): made(str(name), settings, folders) for name, settings in (config.get("effects") or {}).items()}
+
+
+def _typed(group: str) -> list[str]:
+    """The names given to a config group on the command line."""
+    overrides = OverridesParser.create().parse_overrides(list(HydraConfig.get().overrides.task))
+    last = next((one.value() for one in reversed(overrides) if one.key_or_group == group), None)
+    return [last] if isinstance(last, str) else [str(name) for name in last] if isinstance(last, list) else []
+
+
+def made(name: str, settings: Any, folders: list[Path]) -> Effect:
+    """One effect, tried before it is trusted.
+
+    Args:
+        name: in the catalogue.
+        settings: with `_target_`.
+        folders: the user's own.
+
+    Raises:
+        InputError: it is wrong; names the effect, its class, its YAML, what was found and what is possible.
+    """
+    target = settings.get("_target_") if OmegaConf.is_dict(settings) else None
+    if target is None:
+        raise InputError(f"effects.{name}={settings}: no _target_ in it; {nearest(name, names('effects', folders))}")
+    try:
+        effect: Effect = create(settings)
+        check_effect(effect, name)
+    except InputError as error:
+        raise InputError(f"effect '{name}' ({find('effects', name, folders) or target}): {error}") from error
+    return effect
+
+
 def catalogue(config: DictConfig, wanted: list[str] | None = None) -> dict[str, Effect]:
     """Every effect that can be named, the model's own first and as configured.
 
@@ -33,17 +78,16 @@ def catalogue(config: DictConfig, wanted: list[str] | None = None) -> dict[str, 
         wanted: effects needed besides those of the model; by default what `candidates` allows.
 
     Raises:
-        InputError: a name that is not in the catalogue.
+        InputError: a name that is not in the catalogue, or an effect that is wrong, see `made`.
     """
     folders = searchpath()
-    known = names("effects", folders)
-    own = {str(name): create(settings) for name, settings in (config.get("effects") or {}).items()}
+    known, own = names("effects", folders), chosen(config)
     allowed = "all" if wanted is not None else config.candidates
     others = wanted if wanted is not None else known if allowed == "all" else named("candidates", allowed, "all")
     for name in others:
         if name not in known and name not in own:
             raise InputError(f"unknown effect '{name}': {nearest(name, known)}")
-    return own | {name: build("effects", name, folders) for name in others if name not in own}
+    return own | {name: made(name, load("effects", name, folders)[name], folders) for name in others if name not in own}
 
 
 def named(key: str, given: Any, word: str) -> list[str]:
@@ -64,36 +108,11 @@ def named(key: str, given: Any, word: str) -> list[str]:
     return [str(name) for name in given]
 
 
-def next_commands(config: DictConfig, missing: list[str]) -> list[str]:
-    """What to type after a diagnosis."""
-    files = ",".join(str(file) for file in ([config.data.files] if isinstance(config.data.files, str) else config.data.files))
-    parts = [
-        "fogzoo",
-        "refine",
-        f"add=[{','.join(missing)}]" if missing else "add=auto",
-        f"effects=[{','.join(model_effects(config))}]",
-        f"data.files=[{files}]",
-    ]
-    return [shlex.join([*parts, *_mapping(config)])] if missing else []
-
-
-def _mapping(config: DictConfig) -> list[str]:
-    """The data settings that differ from the defaults, so that a printed command can be pasted."""
-    columns = [
-        f"{'+' if role.startswith('temperature_') else ''}data.columns.{role}={name}"
-        for role, name in config.data.columns.items()
-        if name is not None
-    ]
-    others = [
-        f"data.{key}={config.data[key]}"
-        for key, usual in (("output_unit", None), ("reference", 0.0), ("average_s", "auto"), ("holdout", 0.0))
-        if config.data[key] != usual
-    ]
-    checks = config.data.check_files
-    listed = ",".join([checks] if isinstance(checks, str) else [str(file) for file in checks])
-    return [*columns, *others, *([f"data.check_files=[{listed}]"] if listed else []), *_searchpath()]
-
-
-def _searchpath() -> list[str]:
+def next_commands(missing: list[str]) -> list[str]:
+    """What to type after a diagnosis: the settings as they were typed, whichever they are, with the missing effects to add."""
+    if not missing:
+        return []
+    typed = [one for one in HydraConfig.get().overrides.task if not one.startswith("add=")]
     folders = ",".join(f"file://{folder}" for folder in searchpath())
-    return [f"hydra.searchpath=[{folders}]"] if folders else []
+    where = [f"hydra.searchpath=[{folders}]"] if folders else []
+    return [shlex.join(["fogzoo", "refine", f"add=[{','.join(missing)}]", *typed, *where])]

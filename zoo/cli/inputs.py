@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Any
 
 from hydra.core.hydra_config import HydraConfig
-from omegaconf import DictConfig, open_dict
+from omegaconf import DictConfig, OmegaConf, open_dict
 
 from zoo.catalog import create
 from zoo.errors import InputError
-from zoo.measurements.run import Run
+from zoo.measurements.files import find_files
+from zoo.measurements.run import SHARES, Run
 
 
 def read_data(config: DictConfig) -> tuple[list[Run], list[Run]]:
@@ -23,18 +25,31 @@ def read_data(config: DictConfig) -> tuple[list[Run], list[Run]]:
     data = config.data.copy()
     with open_dict(data):
         check_files, holdout = data.pop("check_files", []), data.pop("holdout", 0.0)
-    if not isinstance(holdout, int | float) or not 0.0 <= holdout < 1.0:
-        raise InputError(f"data.holdout={holdout}: a share of each run from 0 to below 1 is needed")
+    low, high = SHARES
+    if not isinstance(holdout, int | float) or not (holdout == 0 or low <= holdout <= high):
+        raise InputError(f"data.holdout={holdout}: 0 is possible, or a share of each run from {low} to {high}, taken to whole tenths")
     runs = create(data)
     checks: list[Run] = []
     if holdout > 0:
         pairs = [run.split(holdout) for run in runs]
         runs, checks = [early for early, _ in pairs], [late for _, late in pairs]
     if check_files:
+        _check_unseen(check_files, data.files)
         average_s = data.average_s if data.average_s is None else runs[0].average_s
         found = create(data, files=[check_files] if isinstance(check_files, str) else list(check_files), average_s=average_s)
         checks += [_alike(run, runs[0]) for run in found]
     return runs, checks
+
+
+def _check_unseen(check_files: Any, files: Any) -> None:
+    fitted = {path.resolve() for path in find_files(_plain(files))}
+    twin = next((path for path in find_files(_plain(check_files)) if path.resolve() in fitted), None)
+    if twin:
+        raise InputError(f"data.check_files: {twin} is in data.files too; a run that was fitted checks nothing")
+
+
+def _plain(value: Any) -> Any:
+    return OmegaConf.to_container(value) if OmegaConf.is_config(value) else value
 
 
 def _alike(run: Run, fitted: Run) -> Run:

@@ -14,6 +14,7 @@ from zoo.cli.effects import catalogue, model_effects, named, next_commands
 from zoo.cli.inputs import read_data, searchpath
 from zoo.diagnosis.diagnose import diagnose
 from zoo.diagnosis.refine import Refinement, refine
+from zoo.effects.base import Effect
 from zoo.models.prediction import usable_device
 from zoo.training.threads import threads_for
 
@@ -36,26 +37,29 @@ def run(config: DictConfig, out: Path) -> Path:
         device = usable_device(config.torch_device)
         runs = [run.to(device) for run in runs]
         effects = model_effects(config)
-        found = refine(runs, check_runs, effects, add, catalogue(config, wanted), status.update)
+        # All that the report's diagnosis will ask for as well: a wrong effect is refused before the work, not after it.
+        candidates = catalogue(config)
+        asked = candidates if wanted is None else catalogue(config, wanted)
+        found = refine(runs, check_runs, effects, add, asked, status.update)
         status.update("drawing the report")
-        record = _diagnosis(config, found, runs, effects, status.update)
+        record = _diagnosis(found, runs, effects, candidates, status.update)
         _report(out, record, found, check_runs)
         save_model(out, _model_config(config, found), found.model)
         path = write_json(out / "refinement.json", found.record)
     from zoo.report.terminal import print_ladder
     from zoo.report.verdict import worth_adding
 
-    better = next_commands(config, worth_adding(found.record) or [])
+    better = next_commands(worth_adding(found.record) or [])
     print_ladder(found.record, [*better, f"fogzoo compare 'runs=[{out}]' 'data.files=[…]'"])
     print(f"report: {out / 'report.html'}")
     return path
 
 
-def _diagnosis(config: DictConfig, found: Refinement, runs: Any, effects: list[str], progress: Any) -> dict[str, Any]:
+def _diagnosis(found: Refinement, runs: Any, effects: list[str], candidates: dict[str, Effect], progress: Any) -> dict[str, Any]:
     """The diagnosis that the report begins with: that of `add=auto`, else a new one of the model as it was."""
     if found.diagnosis is not None:
         return found.diagnosis.record
-    return diagnose(runs, effects, catalogue(config), progress).record
+    return diagnose(runs, effects, candidates, progress).record
 
 
 def _report(out: Path, record: dict[str, Any], found: Refinement, check_runs: Any) -> None:

@@ -17,6 +17,8 @@ from zoo.scoring.comparison import UNCOMPENSATED
 RESULTS = ("metrics.json", "refinement.json")
 TAKEN = ("run", "stage", "blocks", UNCOMPENSATED)
 """Columns of the table that no model may be called like."""
+TOLD_BY = ("origin", "added", "init", "optimizer", "seed")
+"""What a name says where it differs among models of one type."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -25,12 +27,14 @@ class SavedModel:
 
     Attributes:
         name: its type, with what tells it from others of its type.
+        kind: its type.
         folder: where it was found.
         module: the model, in evaluation mode.
         facts: what the result file beside it says, such as ``seed`` and ``unit``; empty where there is none.
     """
 
     name: str
+    kind: str
     folder: Path
     module: Model
     facts: dict[str, Any]
@@ -48,7 +52,8 @@ def find_models(given: list[str]) -> list[SavedModel]:
     folders = list(dict.fromkeys(folder for pattern in given for folder in _folders(pattern)))
     if not folders:
         raise InputError("runs=[]: give at least one output folder of a train or refine command")
-    return _named([_load(folder) for folder in folders])
+    models = [_load(folder) for folder in folders]
+    return [replace(model, name=name) for model, name in zip(models, distinct_names(models), strict=True)]
 
 
 def _folders(pattern: str) -> list[Path]:
@@ -76,20 +81,39 @@ def _load(folder: Path) -> SavedModel:
         if (folder / name).is_file():
             facts |= json.loads((folder / name).read_text(encoding="utf-8"))
     module = cast(Model, load_model(folder))
-    return SavedModel(str(facts.get("model") or type(module).__name__.lower()), folder, module, facts)
+    kind = str(facts.get("model") or type(module).__name__.lower())
+    return SavedModel(kind, kind, folder, module, facts)
 
 
-def _named(models: list[SavedModel]) -> list[SavedModel]:
-    """Adds to a name what differs between its bearers: init, optimizer, seed, and at last a number."""
-    for key in ("init", "optimizer", "seed"):
-        bearers: dict[str, set[Any]] = {}
-        for model in models:
-            bearers.setdefault(model.name, set()).add(model.facts.get(key))
-        prefix = key if key == "seed" else ""
-        models = [replace(m, name=f"{m.name}_{prefix}{m.facts.get(key)}") if len(bearers[m.name]) > 1 else m for m in models]
-    seen: dict[str, int] = dict.fromkeys(TAKEN, 1)
-    for index, model in enumerate(models):
-        seen[model.name] = seen.get(model.name, 0) + 1
-        if seen[model.name] > 1:
-            models[index] = replace(model, name=f"{model.name}_{seen[model.name]}")
-    return models
+def distinct_names(models: list[SavedModel]) -> list[str]:
+    """The models' types, each with what differs between its bearers, and at last a number."""
+    names = [model.kind for model in models]
+    told = [_told(model) for model in models]
+    for key in TOLD_BY:
+        bearers: dict[str, set[str]] = {}
+        for name, facts in zip(names, told, strict=True):
+            bearers.setdefault(name, set()).add(facts[key])
+        names = [f"{name}_{facts[key]}" if facts[key] and len(bearers[name]) > 1 else name for name, facts in zip(names, told, strict=True)]
+    seen = dict.fromkeys(TAKEN, 1)
+    return [_numbered(name, seen) for name in names]
+
+
+def _told(model: SavedModel) -> dict[str, str]:
+    """What may go into a name, empty where there is nothing to say."""
+    facts, ladder = model.facts, model.facts.get("ladder")
+    # What is solved without a start has nothing to draw: its seed decides nothing.
+    seed = "" if facts.get("init") is None or facts.get("seed") is None else f"seed{facts['seed']}"
+    added = "_".join(str(step["added"]) for step in ladder or [] if step.get("added"))
+    plain = {key: str(facts.get(key) or "") for key in ("init", "optimizer")}
+    return {"origin": "" if ladder is None else "refined", "added": added, **plain, "seed": seed}
+
+
+def _numbered(name: str, seen: dict[str, int]) -> str:
+    """The name, with a number from its second bearer on; adds to those seen."""
+    while name in seen:
+        seen[name] += 1
+        numbered = f"{name}_{seen[name]}"
+        if numbered not in seen:
+            name = numbered
+    seen[name] = 1
+    return name

@@ -10,9 +10,9 @@ from rich.console import Console
 from rich.progress import track
 from rich.table import Table
 
-from zoo.catalog import build, create, names
+from zoo.catalog import create, names
+from zoo.cli.effects import catalogue, chosen
 from zoo.cli.inputs import searchpath
-from zoo.effects.base import Effect
 from zoo.simulator.files import write
 from zoo.simulator.settings import Settings
 from zoo.simulator.simulate import Simulation, simulate
@@ -37,10 +37,10 @@ def run(config: DictConfig, out: Path) -> Path:
     simulation = simulate(
         create(config.gyro),
         create(config.profile),
-        {name: create(one) for name, one in (config.get("effects") or {}).items()},
+        chosen(config),
         create(config.noise),
         hidden=_plain(config.hidden),
-        catalogue=_catalogue() if config.hidden else None,
+        catalogue=catalogue(config, names("effects", searchpath())) if config.hidden else None,
         parameters=_plain(config.parameters),
         **settings,
     )
@@ -52,11 +52,6 @@ def run(config: DictConfig, out: Path) -> Path:
 
 def _plain(value: Any) -> Any:
     return OmegaConf.to_container(value) if OmegaConf.is_config(value) else value
-
-
-def _catalogue() -> dict[str, Effect]:
-    folders = searchpath()
-    return {name: build("effects", name, folders) for name in names("effects", folders)}
 
 
 def _print(simulation: Simulation, out: Path) -> None:

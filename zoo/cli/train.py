@@ -13,6 +13,7 @@ from rich.table import Table
 
 from zoo.artifacts import write_json
 from zoo.catalog import create, load, save_model
+from zoo.cli.effects import chosen
 from zoo.cli.inputs import read_data, searchpath
 from zoo.errors import InputError
 from zoo.measurements.run import Run
@@ -60,8 +61,9 @@ def run(config: DictConfig, out: Path) -> Path:
     )
     save_model(out, model_config, model)
     _draw(out, model, [*runs, *check_runs])
-    _print(metrics)
-    return write_json(out / METRICS, {"schema_version": 1} | metrics)
+    path = write_json(out / METRICS, {"schema_version": 1} | metrics)
+    _print(metrics)  # last: who reads it may have gone
+    return path
 
 
 def _choice(group: str) -> str | None:
@@ -74,6 +76,8 @@ def _model_config(config: DictConfig, runs: Sequence[Run]) -> dict[str, Any]:
     plain: dict[str, Any] = OmegaConf.to_container(config.model, resolve=True)  # type: ignore[assignment]
     if "inputs" in plain and plain["inputs"] is None:
         plain["inputs"] = list(runs[0].columns)
+    if "effects" in plain:
+        chosen(config)  # a wrong one is refused by name here; the model makes its own
     return plain
 
 

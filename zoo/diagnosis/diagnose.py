@@ -12,9 +12,9 @@ from zoo.diagnosis.noise_likelihood import NoiseMixtures
 from zoo.diagnosis.parameters import fitted_parameters
 from zoo.diagnosis.preparation import check_swing, without_spikes
 from zoo.diagnosis.regions import regions, runs_rms
-from zoo.diagnosis.search import Search, Trial, posterior, settle
+from zoo.diagnosis.search import Search, Step, posterior, settle, what_helps
 from zoo.diagnosis.structure import Dependence, Structure, dependences, examine
-from zoo.diagnosis.workbench import Solved, Workbench
+from zoo.diagnosis.workbench import Workbench
 from zoo.effects.base import Effect
 from zoo.errors import InputError, nearest
 from zoo.fitting.noise import noise_of
@@ -23,6 +23,7 @@ from zoo.measurements.run import Run
 SCHEMA_VERSION = 1
 DESCRIBED = 3
 """How many free functions describe what nothing in the catalogue explains."""
+UNLIKELY = 1e-3
 COMPARED = 3
 """How many of the best candidates are compared with all others for what these runs cannot tell apart."""
 
@@ -91,6 +92,9 @@ def diagnose(runs: list[Run], effects: list[str], catalogue: dict[str, Effect], 
     base = found.base
     progress("testing what is left")
     structure = examine(bench, found.final, base)
+    if not structure.is_noise:
+        found = what_helps(found)
+        structure = examine(bench, found.final, base)
     verdict = "unknown" if not structure.is_noise else "missing" if found.missing else "complete"
     floor = bench.noise_floor(found.final) if structure.is_noise else bench.mixtures.white
     record = {
@@ -108,7 +112,7 @@ def diagnose(runs: list[Run], effects: list[str], catalogue: dict[str, Effect], 
         "rms_final": found.final.rms,
         "verdict": verdict,
         "missing": found.missing,
-        "candidates": _candidates(bench, base, found, candidates, _trust(found, structure, floor)),
+        "candidates": _candidates(bench, found, candidates, _trust(found, structure, floor)),
         "where": regions(bench.runs, base.residual, floor),
         "next_experiment": None,
         "unexplained": [_dependence(item) for item in (_unexplained(bench, found, structure) if verdict == "unknown" else [])],
@@ -119,27 +123,34 @@ def diagnose(runs: list[Run], effects: list[str], catalogue: dict[str, Effect], 
     return Diagnosis(record, bench, found, structure)
 
 
-def _candidates(bench: Workbench, base: Solved, found: Search, names: list[str], trust: float) -> list[dict[str, Any]]:
-    chances = _probabilities(found, trust)
+def _candidates(bench: Workbench, found: Search, names: list[str], trust: float) -> list[dict[str, Any]]:
     first = found.steps[0].trials if found.steps else []
-    compared = {trial.screened.name for trial in first[:COMPARED] if trial.refitted and trial.evidence > 0} | set(found.missing)
-    entries = [_candidate(bench, base, trial, names if trial.screened.name in compared else [], chances) for trial in first]
+    strong = [trial.screened.name for trial in first[:COMPARED] if trial.refitted and trial.evidence > 0]
+    likely = {name for name in strong if posterior(first)[name] * trust > UNLIKELY} | set(found.missing)
+    others = [name for name in names if name not in found.missing]
+    entries = []
+    for trial in first:
+        name = trial.screened.name
+        entries.append(_candidate(bench, found, name, trust, others if name in likely else []))
     rank = {name: i for i, name in enumerate(found.missing)}
     return sorted(entries, key=lambda entry: (rank.get(entry["effect"], len(rank)), -entry["probability"], entry["delta_bic"]))
 
 
-def _candidate(bench: Workbench, base: Solved, trial: Trial, compare_with: list[str], chances: dict[str, float]) -> dict[str, Any]:
-    name = trial.screened.name
-    solved = trial.solved or bench.peek(base, name, trial.screened.shape)
+def _candidate(bench: Workbench, found: Search, name: str, trust: float, compare_with: list[str]) -> dict[str, Any]:
+    """What is known of one candidate, all of it from one round of the search; parameters of an effect that was added are those of the final model."""
+    step = _round_for(found, name)
+    trial = next(trial for trial in step.trials if trial.screened.name == name)
+    solved = trial.solved or bench.peek(step.before, name, trial.screened.shape)
     effect = bench.effects[name]
     return {
         "effect": name,
-        "probability": chances.get(name, 0.0),
+        "probability": posterior(step.trials)[name] * trust,
         "rms": solved.rms,
         "rms_cross_validated": rms_by_run(bench, solved),
-        "delta_bic": -2.0 * bench.evidence(base, solved),
-        "indistinguishable_from": indistinguishable(bench, base, solved, compare_with) if compare_with else [],
-        "parameters": fitted_parameters(solved, bench.runs[0].unit)[name],
+        "delta_bic": -2.0 * bench.evidence(step.before, solved),
+        "beside": list(step.before.names),
+        "indistinguishable_from": indistinguishable(bench, step.before, solved, compare_with) if compare_with else [],
+        "parameters": fitted_parameters(found.final if name in found.missing else solved, bench.runs[0].unit)[name],
         "place": effect.place,
         "formula": effect.formula,
         "explanation": effect.signature,
@@ -147,13 +158,14 @@ def _candidate(bench: Workbench, base: Solved, trial: Trial, compare_with: list[
     }
 
 
-def _probabilities(found: Search, trust: float) -> dict[str, float]:
-    """Highest posterior of each candidate over the rounds, times the share of the excess variance that the catalogue explains."""
-    best: dict[str, float] = {}
-    for step in found.steps:
-        for name, chance in posterior(step.trials).items():
-            best[name] = max(chance, best.get(name, 0.0))
-    return {name: chance * trust for name, chance in best.items()}
+def _round_for(found: Search, name: str) -> Step:
+    """The round that added an effect; for another the round, of those that added something lasting, in which it was the likeliest alternative."""
+    tried = [step for step in found.steps if name in posterior(step.trials)]
+    own = [step for step in tried if step.chosen == name]
+    if name in found.missing and own:
+        return own[-1]
+    lasting = [step for step in tried if step.chosen in found.missing] or tried[:1]
+    return max(lasting, key=lambda step: posterior(step.trials)[name])
 
 
 def _trust(found: Search, structure: Structure, floor: float) -> float:

@@ -19,7 +19,8 @@ WALK_SHARES = (0.0, 0.1, 0.3, 0.5, 0.8)
 """Rate random walk per √h over the white noise of a block: they have 0.02 to 0.8."""
 LEVEL_SPREAD = 0.05
 """How well the white level is known, as a share."""
-LEVELS = tuple(1.0 + 0.02 * i for i in range(-8, 13))
+LEVELS = tuple(1.0 + 0.02 * i for i in range(-5, 6))
+"""Factors on the level of a mixture: twice that spread either way and no more, or an excess would be taken for a louder noise."""
 START = (1, 1)
 Place = tuple[int, int]
 TYPICAL_FLICKER, TYPICAL_WALK, FACTOR = 0.18, 0.1, 2.5

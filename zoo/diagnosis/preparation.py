@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import torch
 
-from zoo.effects.base import Effect
+from zoo.effects.base import Effect, History
 from zoo.errors import InputError
 from zoo.fitting.noise import noise_of
 from zoo.measurements.run import Run
@@ -15,10 +15,11 @@ from zoo.scoring.spikes import spikes
 CONSTANT_K = 0.5
 SMALLEST_SWING_K = 5.0
 FEWEST_BLOCKS = 60
+SAMPLES = 61
 
 
 def check_swing(runs: list[Run], effects: dict[str, Effect]) -> None:
-    """Refuse runs that cannot determine the effects asked for.
+    """Refuse runs that cannot determine the effects asked for, where one of them has to do with temperature.
 
     Raises:
         InputError: constant temperature, too small a swing, too few blocks.
@@ -26,13 +27,13 @@ def check_swing(runs: list[Run], effects: dict[str, Effect]) -> None:
     low = min(float(run.block_mean(run.temperature).min()) for run in runs)
     high = max(float(run.block_mean(run.temperature).max()) for run in runs)
     names = ", ".join(run.name for run in runs)
-    moving = [name for name in effects if name not in {"warm_up", "aging", "bias_step", "magnetic", "supply_voltage"}]
-    if high - low < CONSTANT_K:
+    moving = [name for name, effect in effects.items() if _goes_with_temperature(effect)]
+    if moving and high - low < CONSTANT_K:
         raise InputError(
             f"{names}: temperature_c is constant ({low:.2f} to {high:.2f} °C), so the effects of temperature and of its rate are undetermined "
             f"({', '.join(moving)}); record a run in which the chamber ramps by {SMALLEST_SWING_K:g} K or more"
         )
-    if high - low < SMALLEST_SWING_K:
+    if moving and high - low < SMALLEST_SWING_K:
         raise InputError(
             f"{names}: temperature_c moves by {high - low:.2f} K only ({low:.2f} to {high:.2f} °C), too little to fit {', '.join(moving)}; "
             f"at least {SMALLEST_SWING_K:g} K are needed, 60 K or more are usual"
@@ -42,6 +43,18 @@ def check_swing(runs: list[Run], effects: dict[str, Effect]) -> None:
         raise InputError(
             f"{names}: {blocks} block means of {runs[0].average_s:g} s are too few to fit (at least {FEWEST_BLOCKS}); set data.average_s smaller"
         )
+
+
+def _goes_with_temperature(effect: Effect) -> bool:
+    """Whether an effect's columns are others in a ramp than in a hold."""
+    time = torch.arange(SAMPLES, dtype=torch.float64) * 60.0
+    still, input_value = torch.zeros_like(time), torch.linspace(0.0, 1.0, SAMPLES, dtype=torch.float64)
+    inputs = dict.fromkeys(effect.needs, input_value)
+    ramp = torch.linspace(0.0, 30.0, SAMPLES, dtype=torch.float64)
+    hold = History(time, still, still, still, still, still, inputs, 1)
+    moved = replace(hold, temperature=ramp, rate=torch.full_like(time, 0.5), gradient=torch.full_like(time, 2.0), thermometer=ramp)
+    with torch.no_grad():
+        return not torch.equal(*(effect.columns(one, effect.shape_value) for one in (hold, moved)))
 
 
 def without_spikes(runs: list[Run]) -> list[Run]:

@@ -63,8 +63,12 @@ def refine(
         progress: told what is being done.
 
     Raises:
-        InputError: unknown effect, an effect that is there already, unusable runs.
+        InputError: unknown effect, an effect that is there already, unusable runs, check runs averaged otherwise.
     """
+    other = next((run for run in check_runs if run.average_s != runs[0].average_s), None)
+    if other is not None:
+        told = f"{other.name} has block means of {other.average_s:g} s, {runs[0].name} of {runs[0].average_s:g} s"
+        raise InputError(f"{told}: read all with one average_s")
     diagnosis = None
     if add == "auto":
         diagnosis = diagnose(runs, effects, catalogue, progress)

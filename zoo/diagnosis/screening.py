@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from torch import Tensor
 
 from zoo.diagnosis.workbench import Solved, Workbench
+from zoo.effects.base import Effect, History
 from zoo.fitting.projection import complement, project
 
 
@@ -36,7 +37,7 @@ def screen(bench: Workbench, base: Solved, names: list[str]) -> list[Screened]:
         names: candidates.
 
     Returns:
-        Candidates, largest gain per added parameter first.
+        Candidates, largest gain first.
     """
     places = base.design.histories(base.fit.theta)
     residual = complement(base.fit.residual.unsqueeze(-1), base.basis).squeeze(-1)
@@ -44,8 +45,16 @@ def screen(bench: Workbench, base: Solved, names: list[str]) -> list[Screened]:
     found = []
     for name in names:
         effect, shapes = bench.effects[name], bench.shapes(name)
-        columns = complement(base.design.effect_columns(effect, places, shapes), base.basis)
-        costs = project(columns, residual).cost
-        best = int(costs.argmin())
-        found.append(Screened(name, shapes[best], total - float(costs[best]), len(effect.amplitudes) + len(effect.shape)))
+        cost, shape = _best(base, effect, places, shapes, residual)
+        near = effect.shapes_near(shape, bench.span_s)
+        if len(near) > 1:
+            cost, shape = _best(base, effect, places, near, residual)
+        found.append(Screened(name, shape, total - cost, len(effect.amplitudes) + len(effect.shape)))
     return sorted(found, key=lambda candidate: -candidate.gain)
+
+
+def _best(base: Solved, effect: Effect, places: list[dict[str, History]], shapes: Tensor, residual: Tensor) -> tuple[float, Tensor]:
+    """χ² that the best of some shapes leaves, and that shape."""
+    columns = complement(base.design.effect_columns(effect, places, shapes), base.basis)
+    cost, best = project(columns, residual).cost.min(dim=0)
+    return float(cost), shapes[best]

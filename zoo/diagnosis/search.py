@@ -11,6 +11,7 @@ import torch
 from zoo.diagnosis.cross_validation import segment_cost
 from zoo.diagnosis.screening import Screened, screen
 from zoo.diagnosis.workbench import Solved, Workbench
+from zoo.scoring.noise import white_level
 
 ACCEPT = 5.0
 """Log Bayes factor that an effect must reach over the model without it, on top of the logarithm of the number of candidates (150 : 1)."""
@@ -22,8 +23,15 @@ MOPPING_UP = 0.03
 """Share of the variance explained so far below which an addition is taken for a correction to it (17 % in amplitude)."""
 MATERIAL = 0.1
 """Share of the variance above the white noise that an addition must take away."""
-REFITS = 3
+HELPS = 0.3
+"""Share of the variance that an addition must take away to be named where the rest stays unexplained (16 % in RMS)."""
+QUIET = 0.7
+"""Ratio of a residual's RMS to the white noise below which there is nothing left to explain."""
+REFITS, LOOKED_FAR = 3, 2
+"""How many of the best candidates are refitted, and for how many of these the coil is looked for elsewhere as well."""
 MOST_ADDED = 3
+QUIETER = 0.75
+"""Ratio of white noise left to white noise assumed, below which the search is repeated."""
 RECONSIDER, SLOW = 2.0, 0.2
 """Ratio of flicker found to flicker assumed, and share of random walk per √h, above which the search is repeated."""
 
@@ -101,10 +109,28 @@ def search(bench: Workbench, base: Solved, candidates: list[str], progress: Call
         found.final = _prune(bench, bench.finish(best.solved), base)
 
 
+def what_helps(found: Search) -> Search:
+    """The path as far as every addition takes away a large share of what was left: for a residual that nothing in the catalogue makes noise.
+
+    What lowers it a little then is more likely bent to fit something that it is not.
+    """
+    finals = [step.before for step in found.steps[1:]]
+    if found.steps[-1].chosen is not None:
+        finals.append(found.final)
+    kept = found.base
+    for after in finals:
+        if after.rms**2 > (1.0 - HELPS) * kept.rms**2:
+            break
+        kept = after
+    return Search(found.base, kept, found.steps)
+
+
 def settle(
     bench: Workbench, names: tuple[str, ...], candidates: list[str], progress: Callable[[str], None] = lambda _: None
 ) -> tuple[Workbench, Search]:
     """Search, and once more with fits weighted by the noise that the first search left, where that is another noise than was assumed.
+
+    The white noise was read off differences of the error, which a fast effect enlarges; the residual tells better.
 
     Args:
         bench: the runs under the noise assumed at first.
@@ -113,6 +139,10 @@ def settle(
         progress: told what is being tried.
     """
     found = search(bench, bench.solve(names), candidates, progress)
+    white = white_level(list(found.final.residual.split([run.blocks for run in bench.runs])))
+    if white < QUIETER * bench.mixtures.white:
+        bench = bench.with_white(white)
+        found = search(bench, bench.solve(names), candidates, progress)
     likely, assumed = found.final.likely.noise, bench.noise
     as_assumed = likely.walk < SLOW * likely.white and likely.flicker < RECONSIDER * assumed.flicker
     if as_assumed or bench.mixtures.exhausted(likely):
@@ -124,9 +154,9 @@ def settle(
 
 def _round(bench: Workbench, before: Solved, names: list[str], progress: Callable[[str], None]) -> Step:
     trials = [_glance(bench, before, candidate) for candidate in screen(bench, before, names)]
-    for trial in _worth_a_refit(trials):
+    for rank, trial in enumerate(_worth_a_refit(trials)):
         progress(f"{' + '.join(before.names)} + {trial.screened.name}?")
-        trial.solved = bench.extend(before, trial.screened.name, trial.screened.shape)
+        trial.solved = bench.extend(before, trial.screened.name, trial.screened.shape, far=rank < LOOKED_FAR)
         trial.evidence, trial.refitted = bench.evidence(before, trial.solved), True
     trials.sort(key=lambda trial: (not trial.refitted, -trial.evidence))
     return Step(before, trials)
@@ -151,6 +181,8 @@ def _worth_a_refit(trials: list[Trial]) -> list[Trial]:
 def _convinces(bench: Workbench, base: Solved, before: Solved, best: Trial, candidates: int) -> bool:
     """Whether an addition is worth it: strong evidence, more than a correction, a visible gain, and lower error on pieces that were not fitted."""
     if best.solved is None or not best.refitted or best.evidence < ACCEPT + math.log(max(candidates, 1)):
+        return False
+    if before.rms < QUIET * bench.mixtures.white:
         return False
     if best.evidence < OVERWHELMING and _mops_up(base, before, best.solved):
         return False

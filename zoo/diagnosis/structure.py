@@ -8,15 +8,16 @@ from dataclasses import dataclass
 import torch
 
 from zoo.diagnosis.free_functions import free_functions
+from zoo.diagnosis.search import QUIET
 from zoo.diagnosis.workbench import Solved, Workbench
 from zoo.fitting.projection import project
 
-LEVEL_ALLOWED = 0.15
-"""Excess of χ²/N over 1 that counts as noise: 7 % in RMS, what the noise level itself is uncertain by."""
+LEVEL_ALLOWED = 0.1
+"""Excess of χ²/N over 1 that counts as noise: 5 % in RMS, what the noise level itself is uncertain by."""
 SHARE_ALLOWED = 0.04
 """Share of the variance explained by the added effects that their simplified form may leave behind (20 % in amplitude)."""
-LEVEL_ALLOWED_AFTER = 0.6
-"""Most excess that a simplified form may leave (26 % in RMS)."""
+LEVEL_ALLOWED_AFTER = 0.25
+"""Most excess that a simplified form may leave (12 % in RMS)."""
 SIGNIFICANT = 5.0
 """Log Bayes factor of a free function over none."""
 MATERIAL = 0.08
@@ -79,7 +80,8 @@ def examine(bench: Workbench, final: Solved, base: Solved) -> Structure:
     level = excess <= LEVEL_ALLOWED + 3.0 * math.sqrt(2.0 / dof) + forgiven
     shape = not found or leftover <= MATERIAL + forgiven
     noise = level and shape and line is None and not bench.mixtures.exhausted(final.likely.noise)
-    return Structure(noise, excess, found if line is None else (*found, line))
+    quiet = final.rms < QUIET * bench.mixtures.white
+    return Structure(noise or quiet, excess, found if line is None else (*found, line))
 
 
 def spectral_line(bench: Workbench, final: Solved) -> Dependence | None:
@@ -105,7 +107,7 @@ def spectral_line(bench: Workbench, final: Solved) -> Dependence | None:
 
 def dependences(bench: Workbench, final: Solved) -> list[Dependence]:
     """Free smooth functions of one quantity that explain a significant and material share of a model's residual, best first."""
-    total = float(final.residual.square().sum())
+    total = float(project(final.fit.plain, final.design.error).cost)
     size = math.log(bench.blocks)
     found = []
     for words, free in free_functions(bench, final).items():

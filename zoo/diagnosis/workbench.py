@@ -14,12 +14,16 @@ from zoo.diagnosis.noise_likelihood import START, Likely, NoiseMixtures, Place
 from zoo.effects.base import Effect
 from zoo.effects.bounds import to_unit
 from zoo.fitting.design import Design, coarse_starts, starts_in_motion
-from zoo.fitting.projection import orthonormal, project
+from zoo.fitting.noise import assumed
+from zoo.fitting.projection import complement, orthonormal, project
 from zoo.fitting.variable_projection import Fit, fit
 from zoo.measurements.run import Run
 from zoo.models.graybox import GrayBox
 from zoo.scoring.noise import NoiseModel, Whitener
 
+FAR = 1.5
+"""RMS of a residual over the white noise above which the coil is looked for elsewhere when an effect is added."""
+ELSEWHERE = slice(None, None, 2)
 COARSE, FINE = 1e-3, 1e-4
 """Tolerance of the fit of a candidate, which decides by evidence of 5 and more, and of a model that is kept."""
 
@@ -132,18 +136,36 @@ class Workbench:
         self._solved[key] = Solved(names, design.model, design, best, self.mixtures, near)
         return self._solved[key]
 
-    def extend(self, base: Solved, name: str, shape: Tensor) -> Solved:
-        """Refit, coarsely, with one more effect, its shape (S,) started where screening found it.
+    def extend(self, base: Solved, name: str, shape: Tensor, far: bool = True) -> Solved:
+        """Refit, coarsely, with one more effect, its shape started where screening found it.
 
-        Starts from the base's coil and from a coarse grid over the coil's parameters, for a base that lacks an effect bends the coil to make up for
-        it.
+        Starts from the base's coil, or from elsewhere where the effect explains more there: a base that lacks an effect bends the coil to make up
+        for it.
+
+        Args:
+            base: the model before.
+            name: of the effect.
+            shape: (S,) physical.
+            far: whether to look elsewhere.
         """
-        effect = self.effects[name]
-        own = to_unit(shape, effect.shape).to(base.fit.theta)
-        near = torch.cat([base.fit.theta, own])
-        coarse = coarse_starts(base.design, base.fit.theta)
-        starts = [near, *torch.cat([coarse, own.expand(len(coarse), -1)], dim=1)]
-        return self.solve((*base.names, name), starts, base.likely.place, COARSE)
+        near = torch.cat([base.fit.theta, to_unit(shape, self.effects[name].shape).to(base.fit.theta)])
+        elsewhere = [self._elsewhere(base, name)] if far and base.rms > FAR * self.mixtures.white else []
+        return self.solve((*base.names, name), [near, *elsewhere], base.likely.place, COARSE)
+
+    def _elsewhere(self, base: Solved, name: str) -> Tensor:
+        """θ of the coil, out of every other one of a coarse grid, and of the shape there that explain most."""
+        effect, shapes = self.effects[name], self.shapes(name)
+        known: Tensor | None = None
+        found = []
+        coarse = coarse_starts(base.design, base.fit.theta)[ELSEWHERE]
+        for coil, columns in zip(coarse, base.design.columns(coarse), strict=True):
+            basis = orthonormal(columns)
+            if known is None or effect.place == "coil":
+                known = base.design.effect_columns(effect, base.design.histories(coil), shapes)
+            residual = complement(base.design.target.unsqueeze(-1), basis).squeeze(-1)
+            cost, best = project(complement(known, basis), residual).cost.min(dim=0)
+            found.append((float(cost), torch.cat([coil, to_unit(shapes[best], effect.shape).to(coil)])))
+        return min(found, key=lambda pair: pair[0])[1]
 
     def finish(self, solved: Solved) -> Solved:
         """Fit on from a coarse solution."""
@@ -193,6 +215,11 @@ class Workbench:
             kept += float(covariance.trace()) - float(((covariance @ part) * part).sum())
             at += len(covariance)
         return math.sqrt(max(kept, 0.0) / self.blocks)
+
+    def with_white(self, white: float) -> Workbench:
+        """The same runs with another level of white noise [unit]."""
+        noise = assumed(white, self.runs)
+        return Workbench(self.runs, self.effects, noise, NoiseMixtures(self.runs, noise.white))
 
     def with_noise(self, noise: NoiseModel) -> Workbench:
         """The same runs, fits weighted with another noise model."""

@@ -3,14 +3,21 @@
 from __future__ import annotations
 
 import math
+import reprlib
 from dataclasses import dataclass, field, replace
-from typing import TYPE_CHECKING, ClassVar, Literal
+from numbers import Real
+from typing import TYPE_CHECKING, ClassVar, Literal, get_args
 
 import torch
 from torch import Tensor, nn
 
+from zoo.errors import InputError, nearest
+
 if TYPE_CHECKING:
     from zoo.effects.sum import Sum
+
+Scale = Literal["linear", "log", "inverse", "index"]
+Place = Literal["coil", "housing"]
 
 
 @dataclass(frozen=True)
@@ -35,10 +42,16 @@ class Parameter:
     unit: str
     low: float
     high: float
-    scale: Literal["linear", "log", "inverse", "index"] = "linear"
+    scale: Scale = "linear"
     source: str = ""
     meaning: str = ""
     grid: int = 8
+
+    def __post_init__(self) -> None:
+        """Raises InputError for what no search can go through, where it is written and not in the middle of a fit."""
+        fault = _fault(self)
+        if fault:
+            raise InputError(f"parameter '{self.name}': {fault}")
 
 
 @dataclass(frozen=True, eq=False)
@@ -90,7 +103,7 @@ class Effect(nn.Module):
     """
 
     name: ClassVar[str]
-    place: ClassVar[Literal["coil", "housing"]] = "coil"
+    place: ClassVar[Place] = "coil"
     shape: ClassVar[tuple[Parameter, ...]] = ()
     amplitudes: ClassVar[tuple[Parameter, ...]]
     needs: ClassVar[tuple[str, ...]] = ()
@@ -100,7 +113,9 @@ class Effect(nn.Module):
     confused_with: ClassVar[tuple[str, ...]] = ()
 
     def __init__(self) -> None:
+        """Raises InputError where the class does not declare what it must."""
         super().__init__()
+        _check_declared(type(self))
         self.shape_value = nn.Parameter(torch.tensor([p.default for p in self.shape], dtype=torch.float64))
         self.amplitude = nn.Parameter(torch.zeros(len(self.amplitudes), dtype=torch.float64))
 
@@ -132,9 +147,51 @@ class Effect(nn.Module):
         axes = [grid_values(parameter, runs) for parameter in self.shape]
         return torch.cartesian_prod(*axes).reshape(-1, len(axes)) if axes else torch.zeros(1, 0, dtype=torch.float64)
 
+    def shapes_near(self, shape: Tensor, span_s: float) -> Tensor:
+        """(G, S) shapes around the best of those to try, where columns change too abruptly for a fit to find its way from there; by default itself.
+
+        Args:
+            shape: (S,) physical.
+            span_s: length of the longest run [s].
+        """
+        del span_s
+        return shape.unsqueeze(0)
+
     def forward(self, history: History) -> Tensor:
         """(T,) the effect's share of the error [output's unit]: columns · amplitudes."""
         return self.columns(history, self.shape_value) @ self.amplitude
+
+
+def _fault(one: Parameter) -> str:
+    """What is wrong with a parameter and what is possible; empty where nothing is."""
+    if not all(isinstance(value, Real) for value in (one.default, one.low, one.high)):
+        return f"default {one.default!r}, bounds {one.low!r} … {one.high!r}; numbers are needed, in the order name, default, unit, low, high"
+    bounds = f"bounds {one.low:g} … {one.high:g}"
+    if one.scale not in get_args(Scale):
+        return f"scale={one.scale!r}; {nearest(str(one.scale), get_args(Scale))}"
+    if not -math.inf < one.low < one.high < math.inf:
+        return f"{bounds}; finite ones are needed, the lower first"
+    if one.scale in {"log", "inverse"} and one.low <= 0:
+        return f"{bounds} with scale='{one.scale}'; they must be above 0, or the scale 'linear'"
+    if not one.low <= one.default <= one.high:
+        return f"default {one.default:g}; it must be within its {bounds}"
+    return ""
+
+
+def _check_declared(effect: type[Effect]) -> None:
+    """Raises InputError where a class attribute that the fits rely on is missing or of another kind."""
+    own = effect.__name__
+    if not isinstance(getattr(effect, "name", None), str):
+        raise InputError(f"{own}.name is missing; the name in the catalogue is needed, as in its YAML")
+    if effect.place not in get_args(Place):
+        raise InputError(f"{own}.place = {effect.place!r}; {nearest(str(effect.place), get_args(Place))}")
+    for attribute, kind in (("shape", Parameter), ("amplitudes", Parameter), ("needs", str)):
+        given = getattr(effect, attribute, None)
+        if not isinstance(given, tuple) or not all(isinstance(one, kind) for one in given):
+            found = "is missing" if given is None else f"= {reprlib.repr(given)}"
+            raise InputError(f"{own}.{attribute} {found}; a tuple of {kind.__name__} is needed (of one: with a comma before the bracket)")
+    if not effect.amplitudes:
+        raise InputError(f"{own}.amplitudes is empty; at least one is needed, one a column")
 
 
 def spread(columns: Tensor, shape: Tensor) -> Tensor:

@@ -7,7 +7,7 @@ from torch import Tensor
 
 from zoo.effects.base import Effect, History, Parameter, grid_values
 
-ONSETS = 100
+ONSETS, FINER = 100, 41
 
 
 class BiasStep(Effect):
@@ -32,6 +32,12 @@ class BiasStep(Effect):
         """Onsets all along the longest run (its first 24 h), in each run and in all of them, see `Effect.shapes_to_try`."""
         onsets = (torch.arange(ONSETS, dtype=torch.float64) + 0.5) / ONSETS * min(span_s / 3600.0, self.shape[0].high)
         return torch.cartesian_prod(onsets, grid_values(self.shape[1], runs))
+
+    def shapes_near(self, shape: Tensor, span_s: float) -> Tensor:
+        """Onsets from the one tried before to the one tried after, see `Effect.shapes_near`."""
+        between = torch.linspace(-1.0, 1.0, FINER, dtype=shape.dtype) / ONSETS * min(span_s / 3600.0, self.shape[0].high)
+        onsets = (shape[0] + between).clamp(self.shape[0].low, self.shape[0].high)
+        return torch.stack([onsets, shape[1].expand(FINER)], dim=-1)
 
     def columns(self, history: History, shape: Tensor) -> Tensor:
         """0 before and 1 after the onset, rising within one sampling step so that the onset can be refined, see `Effect.columns`."""

@@ -12,6 +12,10 @@ from zoo.scoring.noise import Blocks, NoiseModel, white_level
 FLICKER_SHARE = 0.18
 """Flicker assumed, as bias instability over the white noise of one block: 0.002 °/h beside 0.008 °/h (100 s) is typical of a medium gyro."""
 AGREEMENT = 0.25
+STILL = 0.5
+"""Share of the block differences that is looked at: what a ramp drives through fast fringes is left out, as long as half of the time is a hold."""
+RESOLVED = 1e-3
+"""Share of the drift below which a residual counts as noise, for no effect's formula is truer than that."""
 
 
 def blocks_of(runs: list[Run]) -> list[Blocks]:
@@ -25,12 +29,18 @@ def noise_of(runs: list[Run]) -> NoiseModel:
     Differences of the fine samples, scaled to a block, are ten times as many; they are believed where they agree with those of the blocks within 25
     %, which tells that the noise between the two scales is white.
     """
-    coarse = white_level([run.block_mean(run.error) for run in runs])
+    blocks = [run.block_mean(run.error) for run in runs]
+    coarse = white_level(blocks, kept=STILL)
     fine = _fine_level(runs)
     white = fine if math.isfinite(fine) and abs(fine / coarse - 1.0) < AGREEMENT else coarse
-    if not white > 0:
-        span = max(float(run.error.abs().max()) for run in runs)
-        white = max(1e-9 * span, 1e-15)  # noiseless data, as from noise=none: keep the arithmetic finite
+    return assumed(white, runs)
+
+
+def assumed(white: float, runs: list[Run]) -> NoiseModel:
+    """White noise of this RMS [unit], or of the least that matters beside the runs' drift, and the flicker that usually goes with it."""
+    errors = torch.cat([run.block_mean(run.error) for run in runs])
+    least = max(RESOLVED * float((errors - errors.mean()).square().mean().sqrt()), 1e-15)
+    white = white if white > least else least
     return NoiseModel(white, FLICKER_SHARE * white)
 
 

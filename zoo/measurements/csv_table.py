@@ -16,6 +16,7 @@ import pyarrow as pa
 import pyarrow.csv
 
 from zoo.errors import InputError
+from zoo.measurements.arrow import numbers
 
 _NUMBER = re.compile(r"[ \t]*[+-]?([0-9]+\.?[0-9]*|\.[0-9]+)([eE][+-]?[0-9]+)?[ \t]*")
 
@@ -65,7 +66,7 @@ def chunks(path: Path, columns: Sequence[str], chunk_bytes: int) -> Iterator[np.
             )
             for batch in reader:
                 if batch.num_rows:
-                    yield np.column_stack([column.to_numpy(zero_copy_only=False) for column in batch.columns])
+                    yield np.column_stack([numbers(column) for column in batch.columns])
     except (pa.ArrowException, OSError) as error:
         if _has_rows(path):
             _find_fault(path, columns, str(error))

@@ -25,20 +25,25 @@ def suffix(path: Path) -> str:
 
 
 def find_files(files: Sequence[str | Path] | str | Path) -> list[Path]:
-    """Existing files in the order given, each once; what a glob finds is sorted by name.
+    """Existing files in the order given; what a glob finds is sorted by name.
 
     Args:
         files: paths and globs.
 
     Raises:
-        InputError: nothing was asked for, a path does not exist or is a folder, a glob finds nothing.
+        InputError: nothing was asked for, a path does not exist or is a folder, a glob finds nothing, a file is named twice.
     """
     if not isinstance(files, str | Path | Sequence):
         raise InputError(f"data.files={'null' if files is None else files}: paths or globs are needed: data.files=[a.csv,b.csv]")
     asked = [files] if isinstance(files, str | Path) else list(files)
     if not asked:
         raise InputError("data.files is empty; give at least one measurement file: data.files=[a.csv,b.csv]")
-    return list(dict.fromkeys(path for one in asked for path in _matches(str(one))))
+    paths = [path for one in asked for path in _matches(str(one))]
+    count = Counter(path.resolve() for path in paths)
+    twice = next((path for path in paths if count[path.resolve()] > 1), None)
+    if twice:
+        raise InputError(f"{twice}: is named twice in [{', '.join(map(str, asked))}]; a run counts once")
+    return paths
 
 
 def _matches(asked: str) -> list[Path]:
@@ -49,7 +54,7 @@ def _matches(asked: str) -> list[Path]:
         return [path]
     if not glob.has_magic(asked):
         raise InputError(f"{asked}: no such file{_instead(path)}")
-    found = sorted(Path(name) for name in glob.glob(str(path), recursive=True) if Path(name).is_file())  # noqa: PTH207 - Path.glob takes no absolute pattern
+    found = sorted({Path(name) for name in glob.glob(str(path), recursive=True) if Path(name).is_file()})  # noqa: PTH207 - Path.glob takes no absolute pattern
     if not found:
         raise InputError(f"{asked}: no file matches{_instead(path)}")
     return found

@@ -11,6 +11,7 @@ import pyarrow as pa
 import pyarrow.parquet
 
 from zoo.errors import InputError
+from zoo.measurements.arrow import numbers
 
 
 def column_names(path: Path) -> tuple[str, ...]:
@@ -35,7 +36,7 @@ def chunks(path: Path, columns: Sequence[str], chunk_bytes: int) -> Iterator[np.
         try:
             for batch in file.iter_batches(batch_size=rows, columns=list(columns)):
                 if batch.num_rows:
-                    yield np.column_stack([_numbers(batch.column(column)) for column in columns])
+                    yield np.column_stack([numbers(batch.column(column)) for column in columns])
         except (pa.ArrowException, OSError) as error:
             raise InputError(f"{path}: cannot be read to its end ({str(error).splitlines()[0]})") from error
 
@@ -81,7 +82,3 @@ def _check_types(path: Path, schema: pa.Schema, columns: Sequence[str]) -> None:
         kind = schema.field(column).type
         if not (pa.types.is_integer(kind) or pa.types.is_floating(kind) or pa.types.is_decimal(kind)):
             raise InputError(f"{path}, column {column}: holds {kind}; numbers are needed")
-
-
-def _numbers(column: pa.Array) -> np.ndarray:
-    return column.cast(pa.float64(), safe=False).to_numpy(zero_copy_only=False)

@@ -36,7 +36,7 @@ def read_runs(
     Args:
         files: paths and globs of .csv, .csv.gz and .parquet files.
         columns: role (time, temperature, temperature_NAME, output, reference, supply_v, field_ut, humidity_pct, pressure_kpa) -> the files'
-            own name; roles left out have their default names.
+            own name; roles left out have their default names. Any other role is a column more, for an effect that needs it by that name.
         output_unit: the output's unit, as suffix or as usually written; None where the column's name tells it.
         reference: true input [output's unit] of runs that do not record it.
         average_s: length of the blocks [s]; None for as recorded; ``"auto"`` for the longest of 1, 2, 5, 10, 20, 50, 100 s of which all the
@@ -134,7 +134,7 @@ def _run(name: str, one: Layout, recording: Recording, length: float | None) -> 
     fine, block, thin = recording.grids(length)
     average = recording.step_s if length is None or length < 0.99 * recording.step_s else float(length)
     if block.max() < 0:
-        lasts = f"its {recording.rows} rows span {fine.mean[-1, 0] - fine.mean[0, 0]:g} s"
+        lasts = f"its {recording.rows} rows span {recording.span_s:g} s"
         raise InputError(f"{one.path}: no block of {average:g} s has half of its rows ({lasts}); choose a shorter data.average_s")
     table = torch.from_numpy(fine.mean)
     return Run(

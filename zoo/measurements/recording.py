@@ -52,12 +52,14 @@ class Recording:
         step_s: median time between rows [s].
         clock: cuts the rows into segments.
         rows: rows so far.
+        span_s: time from the first of them to the last [s].
         notes: what the reader noticed, one sentence each.
     """
 
     def __init__(self, step_s: float, average_s: Average, gap_s: float) -> None:
         self.step_s = step_s
-        self.rows = 0
+        self.rows, self.span_s = 0, 0.0
+        self._begin_s: float | None = None
         self.notes: list[str] = []
         if average_s != "auto" and as_recorded(average_s, step_s):
             average_s = None
@@ -76,6 +78,8 @@ class Recording:
     def push(self, chunk: np.ndarray) -> None:
         """Takes the next rows, (M, C) with the time first."""
         self.rows += len(chunk)
+        self._begin_s = float(chunk[0, 0]) if self._begin_s is None else self._begin_s
+        self.span_s = float(chunk[-1, 0]) - self._begin_s
         parts = Bins(*self.clock.read(chunk[:, 0]), chunk, np.ones(len(chunk), np.int64))
         for level in self._levels:
             parts = level.push(parts)

@@ -10,6 +10,8 @@ from torch import Tensor
 
 PIECES = 10
 """Pieces that a run is cut into where some of it is held out."""
+SHARES = (0.5 / PIECES, 1 - 0.5 / PIECES)
+"""The smallest and the largest share that one piece, or all but one, stand for."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -24,7 +26,8 @@ class Run:
         unit: suffix of the output's unit, such as ``"dph"``.
         average_s: block length [s].
         columns: names of the columns of `table`, first ``time_s`` and ``temperature_c``, then other thermometers and inputs, last
-        ``reference_<unit>``. table: (T, C) the raw columns in the file's units, in time order, float64.
+            ``reference_<unit>``.
+        table: (T, C) the raw columns in the file's units, in time order, float64.
         error: (T,) output − reference [unit].
         count: (T,) recorded rows behind each fine sample.
         block: (T,) int64, index of the block each sample belongs to, −1 for the samples of a block too thin to keep.
@@ -121,7 +124,7 @@ class Run:
         """The run less some of ten equal pieces, and those pieces, spread evenly; the whole past is known to both.
 
         Args:
-            share: of the blocks that go into the second part, from 0.1 to 0.9.
+            share: of the blocks that go into the second part, within `SHARES`; the nearest number of pieces is taken.
         """
         wanted = max(1, min(PIECES - 1, round(share * PIECES)))
         held = torch.tensor([int((k + 0.5) / wanted * PIECES) for k in range(wanted)])

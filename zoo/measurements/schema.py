@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import difflib
 import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -11,6 +12,7 @@ from zoo import units
 from zoo.errors import InputError, nearest
 
 INPUTS = ("supply_v", "field_ut", "humidity_pct", "pressure_kpa")
+ROLES = ("time", "temperature", "output", "reference", *INPUTS)
 _KEY = "data.columns"
 _PREFIX = {"rate": "rate", "acceleration": "accel"}
 
@@ -39,10 +41,10 @@ class Layout:
     Attributes:
         path: the file.
         unit: suffix of the output's unit.
-        inputs: time, main thermometer, other thermometers, recorded inputs, in this order.
+        inputs: time, main thermometer, other thermometers, recorded inputs, what the user has named besides, in this order.
         output: the gyro's output.
         reference: the true input where it is recorded.
-        notes: what was converted, overruled or left out, one sentence each.
+        notes: what was converted or left out, one sentence each.
     """
 
     path: Path
@@ -64,23 +66,26 @@ def layout(path: Path, present: Sequence[str], columns: Mapping[str, str | None]
     Args:
         path: the file, for messages.
         present: the names in its header.
-        columns: role -> the file's own name; a role that is missing or None has its default name.
-        output_unit: the output's unit, as suffix or as usually written; overrules the one in the column's name.
+        columns: role -> the file's own name; a role that is missing or None has its default name. A role of no known name is a column more.
+        output_unit: the output's unit, as suffix or as usually written, where the column's name does not say it.
 
     Raises:
-        InputError: a role that is not known, a column that is not there, an output that cannot be told or whose unit is not known.
+        InputError: a role that looks mistyped, a column that is not there or is two things, an output that cannot be told or whose unit is not
+            known or said in two ways.
     """
     mapped = {role: name for role, name in (columns or {}).items() if name is not None}
     _check_mapping(path, present, mapped)
     time = _required(path, present, mapped, "time", "time_s", "s")
     temperature = _required(path, present, mapped, "temperature", "temperature_c", "c")
-    output, notes = _output(path, present, mapped, output_unit)
+    output = _output(path, present, mapped, output_unit)
     reference = _reference(path, present, mapped, output.wanted)
     others = _thermometers(present, mapped)
     inputs = [Source(role, mapped.get(role, role)) for role in INPUTS if mapped.get(role, role) in present]
-    found = Layout(path, output.wanted, (time, temperature, *others, *inputs), output, reference)
+    more = [Source(role, column) for role, column in mapped.items() if role not in ROLES and not _is_thermometer(role)]
+    found = Layout(path, output.wanted, (time, temperature, *others, *inputs, *more), output, reference)
+    _check_single(found, more)
     changed = (one for one in found.sources if one.given != one.wanted)
-    notes += [f"{one.column} is converted from {units.symbol(one.given)} to {units.symbol(one.wanted)}" for one in changed]
+    notes = (f"{one.column} is converted from {units.symbol(one.given)} to {units.symbol(one.wanted)}" for one in changed)
     return replace(found, notes=tuple(notes))
 
 
@@ -105,16 +110,33 @@ def _without(one: Layout, names: list[str]) -> Layout:
 
 
 def _check_mapping(path: Path, present: Sequence[str], mapped: Mapping[str, str]) -> None:
-    roles = ("time", "temperature", "output", "reference", *INPUTS)
     for role, name in mapped.items():
-        if role not in roles and not re.fullmatch(r"temperature_\w+", role):
-            raise InputError(f"{_KEY}.{role}: no such role; {nearest(role, (*roles, 'temperature_NAME'))}")
+        if role not in ROLES and not _is_thermometer(role) and _looks_mistyped(role):
+            raise InputError(f"{_KEY}.{role}: no such role; {nearest(role, (*ROLES, 'temperature_NAME'))}")
         if name not in present:
             raise InputError(f"{path}: no column '{name}' ({_KEY}.{role}={name}); its columns: {', '.join(present)}")
     for role, name in mapped.items():
         twin = next((other for other, column in mapped.items() if column == name and other != role), None)
         if twin:
             raise InputError(f"{path}: column '{name}' is both {_KEY}.{role} and {_KEY}.{twin}; name another for one of them")
+
+
+def _is_thermometer(role: str) -> bool:
+    return re.fullmatch(r"temperature_\w+", role) is not None
+
+
+def _looks_mistyped(role: str) -> bool:
+    """Whether the name of a column more is one of the house's, or nearly."""
+    own = (*ROLES, "time_s", "temperature_c")
+    return not role.isidentifier() or role.startswith("reference_") or bool(difflib.get_close_matches(role, own, cutoff=0.7))
+
+
+def _check_single(found: Layout, more: Sequence[Source]) -> None:
+    """A column named besides must be none of those that are used already."""
+    for one in more:
+        twin = next((other for other in found.sources if other is not one and other.column == one.column), None)
+        if twin:
+            raise InputError(f"{found.path}: column '{one.column}' is both {_KEY}.{one.name} and {twin.name}; name another for one of them")
 
 
 def _required(path: Path, present: Sequence[str], mapped: Mapping[str, str], role: str, default: str, unit: str) -> Source:
@@ -133,7 +155,7 @@ def _thermometers(present: Sequence[str], mapped: Mapping[str, str]) -> list[Sou
     return [Source(name, column, units.output_suffix(column, "temperature") or "c", "c") for name, column in sorted(found.items())]
 
 
-def _output(path: Path, present: Sequence[str], mapped: Mapping[str, str], output_unit: str | None) -> tuple[Source, list[str]]:
+def _output(path: Path, present: Sequence[str], mapped: Mapping[str, str], output_unit: str | None) -> Source:
     name = mapped.get("output") or _only_output(path, present)
     named = units.output_suffix(name)
     try:
@@ -143,8 +165,10 @@ def _output(path: Path, present: Sequence[str], mapped: Mapping[str, str], outpu
     if unit is None:
         possible = "|".join(units.suffixes(*units.OUTPUT_QUANTITIES))
         raise InputError(f"{path}: the unit of '{name}' is not known; say data.output_unit={possible}")
-    overruled = [f"{name} is taken to be in {units.symbol(unit)}, as data.output_unit says"] if named not in (None, unit) else []
-    return Source("output", name, unit, unit), overruled
+    if named not in (None, unit):
+        said = f"'{name}' is in {units.symbol(str(named))} by its name, but data.output_unit={output_unit}"
+        raise InputError(f"{path}: {said}; leave data.output_unit out, or call the column otherwise")
+    return Source("output", name, unit, unit)
 
 
 def _is_output(name: str) -> bool:

@@ -76,7 +76,8 @@ class GrayBox(Model):
 
     def histories(self, x: Tensor, coil_value: Tensor, run: int = UNSEEN) -> dict[str, History]:
         """The history at each place, from raw columns (T, C) and the coil's parameters (..., P)."""
-        table = {name: x[:, i] for i, name in enumerate(self.inputs) if name.endswith(("_v", "_ut", "_pct", "_kpa"))}
+        apart = {self.inputs[0], self.inputs[-1], *self.thermometers}
+        table = {name: x[:, i] for i, name in enumerate(self.inputs) if name not in apart}
         table["reference"] = x[:, -1]
         thermometers = torch.stack([x[:, self.inputs.index(name)] for name in self.thermometers], dim=-1)
         return histories(x[:, 0], table, thermometers, coil_value, run, self.in_motion)

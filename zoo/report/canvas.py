@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from markupsafe import Markup, escape
 
+from zoo.report.gaps import interrupted
 from zoo.report.palette import INK
 
 if TYPE_CHECKING:
@@ -32,13 +33,14 @@ def blank(width: int, height: int) -> Figure:
     return Figure(figsize=(width / DPI, height / DPI), dpi=DPI)
 
 
-def panel(figure: Figure, box: tuple[int, int, int, int], title: str = "", **keywords: Any) -> Axes:
+def panel(figure: Figure, box: tuple[int, int, int, int], title: str = "", indent: int = 1, **keywords: Any) -> Axes:
     """Axes at a place, with their title above the left end, where it can be read without turning the head.
 
     Args:
         figure: to draw on.
         box: left, top, width, height [px] of the area inside the axes.
         title: quantity and unit.
+        indent: where it starts [px]; an image that stands alone needs a margin.
         keywords: for `Figure.add_axes`.
     """
     from matplotlib.ticker import MaxNLocator
@@ -50,23 +52,25 @@ def panel(figure: Figure, box: tuple[int, int, int, int], title: str = "", **key
     axes.xaxis.set_major_locator(MaxNLocator(max(4, wide // 50), steps=(1, 2, 5, 10)))
     axes.tick_params(pad=5)
     if title:
-        axes.annotate(title, (0, 1), (1 - left, 10), "axes fraction", textcoords="offset points", color=INK, fontsize=11, weight="bold")
+        axes.annotate(title, (0, 1), (indent - left, 10), "axes fraction", textcoords="offset points", color=INK, fontsize=11, weight="bold")
     return axes
 
 
-def thinned(x: np.ndarray, y: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """A long curve with the least and the greatest value of every piece only; looks the same.
+def curve(x: np.ndarray, y: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """What to plot of a curve: interrupted where the recording was, and a long one thinned to the extremes of its pieces, which looks the same.
 
     Args:
-        x: (N,) abscissa.
+        x: (N,) abscissa, increasing.
         y: (N,) ordinate.
     """
+    x, y = interrupted(x, y)
     if len(x) <= LONG:
         return x, y
-    kept = []
+    kept: list[int] = []
     for piece in np.array_split(np.arange(len(x)), LONG // 2):
-        here = np.where(np.isfinite(y[piece]), y[piece], 0.0)
-        kept += sorted({int(piece[here.argmin()]), int(piece[here.argmax()])})
+        known = np.isfinite(y[piece])
+        low, high = np.where(known, y[piece], np.inf).argmin(), np.where(known, y[piece], -np.inf).argmax()
+        kept += sorted({int(piece[i]) for i in (low, high, *np.flatnonzero(~known)[:1])})
     return x[kept], y[kept]
 
 

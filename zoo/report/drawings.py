@@ -8,13 +8,14 @@ from typing import Any
 from markupsafe import Markup
 
 from zoo.report.canvas import inline_svg
+from zoo.report.floors import Floors, multiple
 from zoo.report.ladder_figure import ladder_figure, program_figure
 from zoo.report.palette import styled
 from zoo.report.scatter_figure import residual_against_rate, residual_against_temperature
 from zoo.report.time_figure import Shade, time_figure
 from zoo.report.trace import Trace, rms, worst_first
-from zoo.report.verdict import Rung, excess
-from zoo.report.wording import Scale, finite, times
+from zoo.report.verdict import Rung
+from zoo.report.wording import Scale, Sides, finite
 from zoo.units import convert
 
 RUNS_DRAWN = 8
@@ -51,44 +52,45 @@ def shades(where: list[dict[str, Any]], run: str) -> list[Shade]:
     return found
 
 
-def run_drawings(trace: Trace, where: list[dict[str, Any]], scale: Scale, floor: float | None, salt: str) -> RunDrawings:
+def run_drawings(trace: Trace, where: list[dict[str, Any]], scale: Scale, floor: float | None, sides: Sides, salt: str) -> RunDrawings:
     """Draw one run.
 
     Args:
         trace: the run.
         where: the diagnosis' regions, worst first.
         scale: how values are written.
-        floor: noise floor [output's unit].
+        floor: noise floor of this run [output's unit].
+        sides: what the two models are called.
         salt: distinguishes the drawings on one page.
     """
-    caption = _caption(trace, scale, floor)
+    caption, look = _caption(trace, scale, floor, sides), (scale, floor, sides)
     with styled(f"{salt}t"):
-        over_time = inline_svg(time_figure(trace, shades(where, trace.run), scale, floor), f"{trace.run} against time. {caption}")
+        over_time = inline_svg(time_figure(trace, shades(where, trace.run), *look), f"{trace.run} against time. {caption}")
     with styled(f"{salt}c"):
-        over_temperature = inline_svg(residual_against_temperature(trace, scale, floor), f"{trace.run}: residual against temperature, by stage")
+        over_temperature = inline_svg(residual_against_temperature(trace, *look), f"{trace.run}: residual against temperature, by stage")
     with styled(f"{salt}r"):
-        over_rate = inline_svg(residual_against_rate(trace, scale, floor), f"{trace.run}: residual against temperature rate, by stage")
+        over_rate = inline_svg(residual_against_rate(trace, *look), f"{trace.run}: residual against temperature rate, by stage")
     return RunDrawings(trace, caption, over_time, over_temperature, over_rate)
 
 
-def _caption(trace: Trace, scale: Scale, floor: float | None) -> str:
+def _caption(trace: Trace, scale: Scale, floor: float | None, sides: Sides) -> str:
     now, after = rms(trace.residual), rms(trace.residual_after)
-    text = f"RMS of the residual {scale.full(now)}{_multiple(now, floor)}"
-    return text if after is None else f"{text}; with the missing effects {scale.full(after)}{_multiple(after, floor)}"
+    if after is None:
+        return f"RMS of the residual {_written(now, scale, floor)}"
+    return f"RMS of the residual {sides.stands} {_written(now, scale, floor)}; {sides.added} {_written(after, scale, floor)}"
 
 
-def _multiple(value: float | None, floor: float | None) -> str:
-    ratio = excess(value, floor)
-    return "" if ratio is None else f", {times(ratio)} noise floor"
+def _written(value: float | None, scale: Scale, floor: float | None) -> str:
+    return ", ".join(part for part in (scale.full(value), multiple(value, floor)) if part)
 
 
-def ladder_drawing(rungs: list[Rung], scale: Scale, floor: float | None, floor_check: float | None) -> Markup | None:
+def ladder_drawing(rungs: list[Rung], scale: Scale, floors: Floors) -> Markup | None:
     """The ladder, or None where nothing is known."""
     if not rungs:
         return None
     steps = "; ".join(f"{rung.added or 'as it stands'}: {scale.full(rung.rms)}" for rung in rungs)
     with styled("ladder"):
-        return inline_svg(ladder_figure(rungs, scale, floor, floor_check), f"RMS as effects are added. {steps}; noise floor {scale.full(floor)}")
+        return inline_svg(ladder_figure(rungs, scale, floors), f"RMS as effects are added. {steps}; noise floor {scale.full(floors.fitted)}")
 
 
 def program_drawing(profile: Any) -> Markup | None:

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import textwrap
 from typing import TYPE_CHECKING, Any
 
 from zoo.report.canvas import blank, panel
+from zoo.report.floors import Floors
 from zoo.report.palette import CHECK, FIT, FLOOR, INK
 from zoo.report.verdict import Rung
 from zoo.report.wording import Scale, significant
@@ -15,7 +17,8 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 WIDTH, ROW, LEFT = 740, 40, 190
-LONGEST_NAME = 26
+LONGEST_NAME, LINES = 26, 2
+"""Letters in a line of a step's name, and how many lines there are for it."""
 SPREAD = 6.0
 """A wider range of values is drawn on a logarithmic axis."""
 FITTED = (FIT, "o", "fitted runs")
@@ -23,25 +26,26 @@ CHECKED = (CHECK, "D", "check runs, not fitted")
 """Colour, marker and label of a series."""
 
 
-def ladder_figure(rungs: list[Rung], scale: Scale, floor: float | None, floor_check: float | None = None) -> Figure:
+def ladder_figure(rungs: list[Rung], scale: Scale, floors: Floors) -> Figure:
     """One row a rung, from the model as it stands to the model with everything added.
 
     Args:
         rungs: at least one.
         scale: how values are written.
-        floor: noise floor of the fitted runs [output's unit].
-        floor_check: that of the check runs.
+        floors: noise floors of the fitted and of the check runs [output's unit].
     """
     figure = blank(WIDTH, 76 + ROW * len(rungs))
-    axes = panel(figure, (LEFT, 38, WIDTH - LEFT - 70, ROW * len(rungs)), f"RMS [{scale.label}]")
-    for noise, style, label in ((floor, "-", "noise floor"), (floor_check, ":", "of the check runs")):
-        if noise and not (style == ":" and floor and 0.9 < noise / floor < 1.1):
+    axes = panel(figure, (LEFT, 38, WIDTH - LEFT - 70, ROW * len(rungs)))
+    fitted, checked = floors.fitted, floors.checked
+    for noise, style, label in ((fitted, "-", "noise floor"), (checked, ":", "of the check runs")):
+        if noise and not (style == ":" and fitted and 0.9 < noise / fitted < 1.1):
             axes.axvline(noise * scale.factor, color=FLOOR, lw=1.6, ls=style, label=label, zorder=1)
-    checked = any(rung.rms_check is not None for rung in rungs)
-    _series(axes, [rung.rms for rung in rungs], FITTED, scale, floor, -8 if checked else 0)
-    if checked:
-        _series(axes, [rung.rms_check for rung in rungs], CHECKED, scale, floor, 8)
-    _values(axes, [value * scale.factor for rung in rungs for value in (rung.rms, rung.rms_check, floor, floor_check) if value])
+    any_checked = any(rung.rms_check is not None for rung in rungs)
+    _series(axes, [rung.rms for rung in rungs], FITTED, scale, floors.of("fit"), -8 if any_checked else 0)
+    if any_checked:
+        _series(axes, [rung.rms_check for rung in rungs], CHECKED, scale, floors.of("check"), 8)
+    kind = _values(axes, [value * scale.factor for rung in rungs for value in (rung.rms, rung.rms_check, fitted, checked) if value])
+    axes.annotate(f"RMS [{scale.label}], {kind}", (0, 1), (1 - LEFT, 10), "axes fraction", textcoords="offset points", fontsize=11, weight="bold")
     _rows(axes, rungs)
     axes.legend(loc="lower right", bbox_to_anchor=(1, 1.0), borderpad=0.9, ncols=4, handlelength=1.4)
     return figure
@@ -59,12 +63,13 @@ def _series(axes: Axes, values: list[float | None], look: tuple[str, str, str], 
     axes.plot(xs, ys, marker, color=color, ms=8, mec="white", mew=0.8, label=label, zorder=3)
 
 
-def _values(axes: Axes, values: list[float]) -> None:
+def _values(axes: Axes, values: list[float]) -> str:
+    """Sets the axis, and says what kind it is."""
     from matplotlib.ticker import FixedLocator, FuncFormatter, LogLocator, NullLocator
 
     if not values or max(values) / min(values) <= SPREAD:
         axes.set_xlim(0, 1.15 * max(values, default=1.0))
-        return
+        return "linear axis"
     decades = max(values) / min(values) > 300
     axes.set_xscale("log")
     axes.set_xlim(min(values) / 1.35, max(values) * 1.5)
@@ -72,6 +77,7 @@ def _values(axes: Axes, values: list[float]) -> None:
     axes.xaxis.set_major_formatter(FuncFormatter(lambda value, _: significant(value, 1)))
     axes.xaxis.set_minor_locator(NullLocator())
     axes.yaxis.set_major_locator(FixedLocator([]))
+    return "logarithmic axis"
 
 
 def _rows(axes: Axes, rungs: list[Rung]) -> None:
@@ -82,7 +88,14 @@ def _rows(axes: Axes, rungs: list[Rung]) -> None:
 
 
 def _short(name: str) -> str:
-    return name if len(name) <= LONGEST_NAME else f"{name[: LONGEST_NAME - 1]}…"
+    """A name in lines that fit beside the axis; only a word longer than a line is cut, or what no line is left for."""
+    lines = textwrap.wrap(name, LONGEST_NAME, break_long_words=False)
+    return "\n".join(_cut(line, i == LINES - 1 < len(lines) - 1) for i, line in enumerate(lines[:LINES]))
+
+
+def _cut(line: str, more: bool) -> str:
+    """A line that fits, with dots where something of it or after it is left out."""
+    return f"{line[: LONGEST_NAME - 1]}…" if more or len(line) > LONGEST_NAME else line
 
 
 def program_figure(legs: list[Any]) -> Figure:

@@ -14,9 +14,11 @@ from zoo import __version__
 from zoo.artifacts import write_text
 from zoo.report import tables
 from zoo.report.drawings import drawn, ladder_drawing, program_drawing, run_drawings, shades
+from zoo.report.floors import Floors, multiple
+from zoo.report.notes import merged
 from zoo.report.trace import Trace, rms
-from zoo.report.verdict import Record, excess, ladder, missing, rms_after, unexplained, verdict_of
-from zoo.report.wording import Scale, finite, joined, significant, times
+from zoo.report.verdict import Record, ladder, missing, rms_after, unexplained, unfitted, verdict_of
+from zoo.report.wording import DIAGNOSED, REFINED, Scale, finite, joined, significant
 
 REGIONS_SHOWN = 8
 
@@ -54,64 +56,69 @@ def _breakable(name: str) -> Markup:
 def scale_of(diagnosis: Record, refinement: Record | None = None) -> Scale:
     """How this diagnosis writes the output's values."""
     unit = diagnosis.get("unit") or (refinement or {}).get("unit")
-    return Scale.of(unit, floor_of(diagnosis, refinement), diagnosis.get("rms"))
-
-
-def floor_of(diagnosis: Record, refinement: Record | None = None) -> float | None:
-    """Noise floor of the fitted runs [output's unit]."""
-    return finite(diagnosis.get("noise_floor")) or finite((refinement or {}).get("noise_floor"))
+    return Scale.of(unit, Floors.read(diagnosis, refinement).fitted, diagnosis.get("rms"))
 
 
 def _context(diagnosis: Record, traces: list[Trace], refinement: Record | None, commands: list[str]) -> dict[str, Any]:
-    scale, floor = scale_of(diagnosis, refinement), floor_of(diagnosis, refinement)
-    where, pictured = diagnosis.get("where") or [], drawn(traces)
+    scale, floors = scale_of(diagnosis, refinement), Floors.read(diagnosis, refinement)
+    where, pictured, done = diagnosis.get("where") or [], drawn(traces), bool(refinement and _added(diagnosis, refinement))
+    sides = REFINED if done else DIAGNOSED
     return {
         "kind": "Refinement" if refinement else "Diagnosis",
+        "done": done,
+        "sides": sides,
         "verdict": verdict_of(diagnosis, refinement),
-        "tiles": _tiles(diagnosis, traces, refinement, scale, floor),
+        "tiles": _tiles(diagnosis, traces, refinement, scale, floors),
         "commands": commands,
         "unit": scale.label,
-        "runs": [run_drawings(trace, where, scale, floor, f"r{i}") for i, trace in enumerate(pictured)],
+        "runs": [run_drawings(trace, where, scale, floors.of(trace.role), sides, f"r{i}") for i, trace in enumerate(pictured)],
         "undrawn": [trace.run for trace in traces if trace not in pictured],
-        "regions": tables.region_rows(where, scale),
+        "regions": tables.region_rows(where, scale, floors.fitted if refinement else None),
         "shaded": {str(shade.rank) for trace in pictured for shade in shades(where, trace.run)},
         "regions_shown": REGIONS_SHOWN,
-        "candidates": tables.candidate_rows(diagnosis, scale),
-        "effects": _effects(diagnosis, refinement),
+        "candidates": tables.candidate_rows(diagnosis, scale, _added(diagnosis, refinement) if refinement else None),
+        "effects": _effects(diagnosis, refinement, scale),
         "written": datetime.now().astimezone().strftime("%Y-%m-%d %H:%M %Z"),
         "version": __version__,
-        **_ladder_part(diagnosis, refinement, scale, floor),
+        **_ladder_part(diagnosis, refinement, scale, floors),
         **_experiment_part(diagnosis),
         **_read_part(diagnosis, traces, refinement, scale),
     }
 
 
-def _tiles(diagnosis: Record, traces: list[Trace], refinement: Record | None, scale: Scale, floor: float | None) -> list[tuple[str, str, str]]:
+def _added(diagnosis: Record, refinement: Record | None) -> list[str]:
+    """Effects that were added, or else those that the diagnosis would add."""
+    return [rung.added for rung in ladder(diagnosis, refinement) if rung.added] if refinement else missing(diagnosis)
+
+
+def _tiles(diagnosis: Record, traces: list[Trace], refinement: Record | None, scale: Scale, floors: Floors) -> list[tuple[str, str, str]]:
     """Label, value, remark."""
-    steps = ladder(diagnosis, refinement)
+    steps, added = ladder(diagnosis, refinement), _added(diagnosis, refinement)
     now = steps[0].rms if refinement and steps else finite(diagnosis.get("rms"))
-    after, added = rms_after(diagnosis, traces, refinement), [rung.added for rung in steps if rung.added] if refinement else missing(diagnosis)
-    checked = [rung.rms_check for rung in steps if rung.rms_check is not None]
-    tiles = [("RMS of the residual now", scale.text(now), _multiple(now, floor))]
+    after = rms_after(diagnosis, traces, refinement)
+    tiles = [("RMS before" if refinement and added else "RMS of the residual now", scale.text(now), multiple(now, floors.fitted))]
     if added:
-        what = f"RMS with {added[0]}" if len(added) == 1 else f"RMS with all {len(added)} added"
-        tiles.append((what, scale.text(after), _multiple(after, floor)))
+        tiles.append((_with(added, bool(refinement)), scale.text(after), multiple(after, floors.fitted)))
+    checked = [rung.rms_check for rung in steps if rung.rms_check is not None]
     if checked:
-        remark = f"never fitted; before {scale.text(checked[0])}" if len(checked) > 1 else "never fitted"
-        tiles.append(("RMS on check runs", scale.text(checked[-1]), remark))
-    return [*tiles, ("Noise floor", scale.text(floor), "what a complete model would leave")]
+        before = f"before {scale.text(checked[0])}" if len(checked) > 1 else "never fitted"
+        them = "held-out pieces" if unfitted((refinement or {}).get("check_runs")).startswith("held") else "check runs"
+        remark = "; ".join(part for part in (multiple(checked[-1], floors.of("check")), before) if part)
+        tiles.append((f"RMS on {them}", scale.text(checked[-1]), remark))
+    return [*tiles, ("Noise floor", scale.text(floors.fitted), "what a complete model would leave")]
 
 
-def _multiple(value: float | None, floor: float | None) -> str:
-    ratio = excess(value, floor)
-    return "" if ratio is None else f"{times(ratio)} noise floor"
+def _with(added: list[str], done: bool) -> str:
+    """The label of the RMS with effects added."""
+    what = added[0] if len(added) == 1 else "both added" if len(added) == 2 else f"all {len(added)} added"
+    return f"RMS after, with {what}" if done else f"RMS with {what}"
 
 
-def _ladder_part(diagnosis: Record, refinement: Record | None, scale: Scale, floor: float | None) -> dict[str, Any]:
-    rungs, floor_check = ladder(diagnosis, refinement), finite((refinement or {}).get("noise_floor_check"))
+def _ladder_part(diagnosis: Record, refinement: Record | None, scale: Scale, floors: Floors) -> dict[str, Any]:
+    rungs = ladder(diagnosis, refinement)
     return {
-        "ladder": ladder_drawing(rungs, scale, floor, floor_check),
-        "ladder_rows": tables.ladder_rows(rungs, scale, floor, floor_check),
+        "ladder": ladder_drawing(rungs, scale, floors),
+        "ladder_rows": tables.ladder_rows(rungs, scale, floors),
         "ladder_checked": any(rung.rms_check is not None for rung in rungs),
     }
 
@@ -137,18 +144,17 @@ def _read_part(diagnosis: Record, traces: list[Trace], refinement: Record | None
         "refined": any(rms(trace.residual_after) is not None for trace in traces),
         "block": f"block means of {significant(block)} s" if block else "samples as recorded",
         "samples": diagnosis.get("samples"),
-        "notes": [str(note) for note in diagnosis.get("notes") or []],
+        "notes": merged([str(note) for note in diagnosis.get("notes") or []], [*known, *(str(run) for run in diagnosis.get("runs") or [])]),
         "undetermined": [str(item) for item in diagnosis.get("undetermined") or []],
-        "unexplained": unexplained(diagnosis),
+        "unexplained": unexplained(diagnosis, bool(refinement and _added(diagnosis, refinement))),
         "not_tried": [(str(name), joined(needs)) for name, needs in (diagnosis.get("not_tried") or {}).items()],
     }
 
 
-def _effects(diagnosis: Record, refinement: Record | None) -> list[tuple[str, bool, list[tuple[str, str, str]]]]:
+def _effects(diagnosis: Record, refinement: Record | None, scale: Scale) -> list[tuple[str, bool, list[tuple[str, str, str]]]]:
     """Name, whether it was added, parameters; the coil's own come last."""
-    steps = ladder(diagnosis, refinement)
+    steps, added = ladder(diagnosis, refinement), _added(diagnosis, refinement)
     now = [str(name) for name in diagnosis.get("effects") or (steps[0].effects if steps else [])]
-    added = [rung.added for rung in steps if rung.added] if refinement else missing(diagnosis)
     fitted = (refinement or {}).get("parameters") or diagnosis.get("parameters") or {}
     others = [name for name in fitted if name not in now and name not in added]
-    return [(name, name in added and name not in now, tables.parameter_rows(fitted.get(name))) for name in [*now, *added, *others]]
+    return [(name, name in added and name not in now, tables.parameter_rows(fitted.get(name), scale)) for name in [*now, *added, *others]]

@@ -7,13 +7,13 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from zoo.report.canvas import blank, panel, thinned
+from zoo.report.canvas import blank, curve, panel
 from zoo.report.palette import FIT, MEASURED
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-WIDTH, HEIGHT, HEAD, FOOT = 740, 150, 40, 40
+WIDTH, HEIGHT, HEAD, FOOT, INDENT = 740, 150, 40, 40, 12
 
 
 @dataclass(frozen=True, eq=False)
@@ -43,9 +43,9 @@ def prediction_figure(predictions: list[Prediction], unit: str) -> Figure:
     step = HEIGHT + HEAD
     figure = blank(WIDTH, step * len(predictions) + FOOT)
     for index, one in enumerate(predictions):
-        axes = panel(figure, (62, HEAD + index * step, 664, HEIGHT), f"{one.name}: error [{unit}]")
-        axes.plot(*thinned(one.hours, one.measured), color=MEASURED, lw=2.4, label="measured")
-        axes.plot(*thinned(one.hours, one.predicted), color=FIT, lw=1.1, label="predicted")
+        axes = panel(figure, (62, HEAD + index * step, 664, HEIGHT), f"{one.name}: error [{unit}]", INDENT)
+        axes.plot(*curve(one.hours, one.measured), color=MEASURED, lw=2.4, label="measured")
+        axes.plot(*curve(one.hours, one.predicted), color=FIT, lw=1.1, label="predicted")
         axes.legend(loc="lower right", bbox_to_anchor=(1, 1.0), ncols=2)
     axes.set_xlabel("Time [h]")
     return figure

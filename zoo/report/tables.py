@@ -7,9 +7,10 @@ from typing import Any
 
 import numpy as np
 
+from zoo.report.floors import Floors, excess
 from zoo.report.trace import Trace, rms
-from zoo.report.verdict import Record, Rung, excess, missing
-from zoo.report.wording import NONE, Scale, finite, fixed, joined, percent, significant, times, unit_symbol, with_error
+from zoo.report.verdict import Record, Rung, missing
+from zoo.report.wording import NONE, Scale, finite, fixed, joined, percent, significant, times
 from zoo.units import convert
 
 LIKELY = 0.01
@@ -29,8 +30,13 @@ class CandidateRow:
     twins: list[str]
     parameters: list[tuple[str, str, str]]
     facts: list[tuple[str, str]]
-    needed: bool
+    tag: str
     likely: bool
+
+    @property
+    def needed(self) -> bool:
+        """Whether it belongs into the model."""
+        return bool(self.tag)
 
 
 def hours(seconds: Any) -> str:
@@ -45,8 +51,8 @@ def celsius(pair: Any) -> str:
     return NONE if not texts else texts[0] if texts[0] == texts[-1] else f"{texts[0]} … {texts[-1]}"
 
 
-def region_rows(where: list[Record], scale: Scale) -> list[list[str]]:
-    """Rank, run, stage, from [h], to [h], temperature [°C], rms, multiple of the noise floor."""
+def region_rows(where: list[Record], scale: Scale, floor: float | None = None) -> list[list[str]]:
+    """Rank, run, stage, from [h], to [h], temperature [°C], rms, multiple of the noise floor: of this one, or else of the diagnosis' own."""
     return [
         [
             str(rank),
@@ -56,25 +62,26 @@ def region_rows(where: list[Record], scale: Scale) -> list[list[str]]:
             hours(region.get("to_s")),
             celsius(region.get("temperature_c")),
             scale.text(region.get("rms")),
-            times(region.get("excess")),
+            times(excess(region.get("rms"), floor) if floor else region.get("excess")),
         ]
         for rank, region in enumerate(where, 1)
     ]
 
 
-def parameter_rows(parameters: Any) -> list[tuple[str, str, str]]:
+def parameter_rows(parameters: Any, scale: Scale) -> list[tuple[str, str, str]]:
     """Name, value ± standard error, unit."""
     found = parameters.items() if isinstance(parameters, dict) else ()
-    return [(str(name), with_error(p.get("value"), p.get("stderr")), unit_symbol(p.get("unit"))) for name, p in found if isinstance(p, dict)]
+    return [(str(name), *scale.parameter(p.get("value"), p.get("stderr"), p.get("unit"))) for name, p in found if isinstance(p, dict)]
 
 
-def candidate_rows(diagnosis: Record, scale: Scale) -> list[CandidateRow]:
-    """All candidates, best first."""
-    needed = missing(diagnosis)
-    return [_candidate_row(entry, scale, str(entry.get("effect")) in needed) for entry in diagnosis.get("candidates") or []]
+def candidate_rows(diagnosis: Record, scale: Scale, added: list[str] | None = None) -> list[CandidateRow]:
+    """All candidates, best first; `added` are those that a refinement has put into the model."""
+    tags = dict.fromkeys(missing(diagnosis), "helps" if diagnosis.get("verdict") == "unknown" else "to add")
+    tags |= dict.fromkeys(added or [], "added")
+    return [_candidate_row(entry, scale, tags.get(str(entry.get("effect")), "")) for entry in diagnosis.get("candidates") or []]
 
 
-def _candidate_row(entry: Record, scale: Scale, needed: bool) -> CandidateRow:
+def _candidate_row(entry: Record, scale: Scale, tag: str) -> CandidateRow:
     chance = finite(entry.get("probability"))
     return CandidateRow(
         effect=str(entry.get("effect") or NONE),
@@ -84,10 +91,10 @@ def _candidate_row(entry: Record, scale: Scale, needed: bool) -> CandidateRow:
         rms_cross_validated=scale.text(entry.get("rms_cross_validated")),
         delta_bic=_bic(entry.get("delta_bic")),
         twins=[str(name) for name in entry.get("indistinguishable_from") or []],
-        parameters=parameter_rows(entry.get("parameters")),
+        parameters=parameter_rows(entry.get("parameters"), scale),
         facts=_facts(entry),
-        needed=needed,
-        likely=needed or (chance or 0.0) >= LIKELY,
+        tag=tag,
+        likely=bool(tag) or (chance or 0.0) >= LIKELY,
     )
 
 
@@ -106,13 +113,12 @@ def _facts(entry: Record) -> list[tuple[str, str]]:
     return [(label, str(text)) for label, text in facts if text]
 
 
-def ladder_rows(rungs: list[Rung], scale: Scale, floor: Any, floor_check: Any) -> list[list[str]]:
+def ladder_rows(rungs: list[Rung], scale: Scale, floors: Floors) -> list[list[str]]:
     """What was added, RMS and multiple of the noise floor on the fitted and on the check runs."""
-    noise = finite(floor_check) or floor
     rows = []
     for rung in rungs:
-        fitted = [scale.text(rung.rms), times(excess(rung.rms, floor))]
-        checked = [scale.text(rung.rms_check), times(excess(rung.rms_check, noise))]
+        fitted = [scale.text(rung.rms), times(excess(rung.rms, floors.of("fit")))]
+        checked = [scale.text(rung.rms_check), times(excess(rung.rms_check, floors.of("check")))]
         rows.append([f"+\u00a0{rung.added}" if rung.added else "as it stands", *fitted, *checked])
     return rows
 
@@ -122,7 +128,7 @@ def run_rows(traces: list[Trace], scale: Scale) -> list[list[str]]:
     return [
         [
             trace.run,
-            "check" if trace.role == "check" else "fitted",
+            "fitted" if trace.role != "check" else "held out" if trace.held_out else "check",
             f"{len(trace.time_s)}",
             fixed(trace.hours[-1] - trace.hours[0], 1) if len(trace.time_s) else NONE,
             celsius(_range(trace.temperature_c)),

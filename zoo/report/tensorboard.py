@@ -7,13 +7,14 @@ from typing import TYPE_CHECKING
 
 from zoo.report.canvas import png
 from zoo.report.drawings import shades
+from zoo.report.floors import Floors
 from zoo.report.ladder_figure import ladder_figure
-from zoo.report.page import floor_of, scale_of
+from zoo.report.page import scale_of
 from zoo.report.palette import styled
 from zoo.report.time_figure import time_figure
 from zoo.report.trace import Trace, worst_first
 from zoo.report.verdict import Record, ladder, verdict_of
-from zoo.report.wording import finite
+from zoo.report.wording import DIAGNOSED, REFINED, finite
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -45,7 +46,7 @@ def write_events(folder: str | Path, diagnosis: Record, traces: list[Trace], ref
 
 
 def _add_scalars(writer: SummaryWriter, diagnosis: Record, refinement: Record | None) -> None:
-    floor = floor_of(diagnosis, refinement)
+    floor = Floors.read(diagnosis, refinement).fitted
     for step, rung in enumerate(ladder(diagnosis, refinement)):
         for tag, value in (("rms/fit", rung.rms), ("rms/check", rung.rms_check), ("rms/noise_floor", floor)):
             if value is not None:
@@ -57,12 +58,13 @@ def _add_scalars(writer: SummaryWriter, diagnosis: Record, refinement: Record | 
 
 
 def _add_figures(writer: SummaryWriter, diagnosis: Record, traces: list[Trace], refinement: Record | None) -> None:
-    scale, floor, rungs = scale_of(diagnosis, refinement), floor_of(diagnosis, refinement), ladder(diagnosis, refinement)
+    scale, floors, rungs = scale_of(diagnosis, refinement), Floors.read(diagnosis, refinement), ladder(diagnosis, refinement)
+    where, sides = diagnosis.get("where") or [], REFINED if refinement and len(rungs) > 1 else DIAGNOSED
     with styled():
         if rungs:
-            _add_figure(writer, "ladder", ladder_figure(rungs, scale, floor, finite((refinement or {}).get("noise_floor_check"))))
+            _add_figure(writer, "ladder", ladder_figure(rungs, scale, floors))
         for trace in worst_first([trace for trace in traces if len(trace.time_s)])[:RUNS_DRAWN]:
-            _add_figure(writer, f"runs/{trace.run}", time_figure(trace, shades(diagnosis.get("where") or [], trace.run), scale, floor))
+            _add_figure(writer, f"runs/{trace.run}", time_figure(trace, shades(where, trace.run), scale, floors.of(trace.role), sides))
 
 
 def _add_figure(writer: SummaryWriter, tag: str, figure: Figure) -> None:

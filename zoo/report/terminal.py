@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from typing import Any
 
@@ -12,18 +12,19 @@ from rich.padding import Padding
 from rich.table import Table
 from rich.text import Text
 
-from zoo.report.page import floor_of, scale_of
+from zoo.report.floors import Floors
+from zoo.report.page import scale_of
 from zoo.report.tables import CandidateRow, candidate_rows, ladder_rows, region_rows
 from zoo.report.verdict import Record, Verdict, ladder, missing, rms_after, verdict_of
-from zoo.report.wording import Scale, finite, joined
+from zoo.report.wording import Scale, joined
 
 COLORS = {"complete": "green", "missing": "yellow", "unknown": "red", "none": "red"}
 CANDIDATES, REGIONS = 5, 3
-BAR = 10
-WIDE = 80
-"""Narrower terminals get fewer columns."""
+BAR, INDENT = 10, 2
+UNLIMITED = 10_000
 _ASCII = str.maketrans(
-    {"°": "deg", "−": "-", "–": "-", "…": "..", "×": "x", "±": "+-", "·": "*", "Δ": "d", "█": "#", "░": ".", "²": "2", "µ": "u", "\u00a0": " "}
+    {"°": "deg", "−": "-", "–": "-", "…": "..", "×": "x", "±": "+-", "·": "*", "Δ": "d", "█": "#", "░": ".", "µ": "u", "\u00a0": " "}
+    | dict(zip("⁻⁰¹²³⁴⁵⁶⁷⁸⁹", "-0123456789", strict=True))
 )
 
 
@@ -41,7 +42,8 @@ def print_diagnosis(diagnosis: Record, commands: Sequence[str] = (), console: Co
         _print_numbers(out, diagnosis, scale)
         rows = [row for row in candidate_rows(diagnosis, scale) if row.likely][:CANDIDATES]
         if rows:
-            out.print(_indented(_candidate_table(rows, scale, out.width >= WIDE), 1))
+            out.print(_indented(_first_that_fits(out, _candidate_tables(rows, scale)), 1))
+            _print_twins(out, rows, diagnosis)
         _print_regions(out, diagnosis, scale)
         _print_commands(out, commands)
 
@@ -54,13 +56,14 @@ def print_ladder(refinement: Record, commands: Sequence[str] = (), console: Cons
         commands: what to type next, best first.
         console: to print on; by default the standard output.
     """
-    rungs, floor = ladder({}, refinement), finite(refinement.get("noise_floor"))
-    scale = Scale.of(refinement.get("unit"), floor, rungs[0].rms if rungs else None)
+    rungs, floors = ladder({}, refinement), Floors.read({}, refinement)
+    scale = Scale.of(refinement.get("unit"), floors.fitted, rungs[0].rms if rungs else None)
     with _readable(console or Console(highlight=False)) as out:
         _print_verdict(out, verdict_of({}, refinement))
         if rungs:
-            out.print(_indented(_ladder_table(ladder_rows(rungs, scale, floor, refinement.get("noise_floor_check")), scale, out.width >= WIDE), 1))
-        out.print(f"  noise floor {scale.full(floor)}", style="dim")
+            out.print(_indented(_first_that_fits(out, _ladder_tables(ladder_rows(rungs, scale, floors), scale)), 1))
+        check = "" if floors.checked is None else f", of the check runs {scale.full(floors.checked)}"
+        out.print(_indented(Text(f"noise floor {scale.full(floors.fitted)}{check}", style="dim")))
         _print_commands(out, commands)
 
 
@@ -77,7 +80,7 @@ def _readable(console: Console) -> Iterator[Console]:
 
 
 def _indented(what: RenderableType, above: int = 0) -> Padding:
-    return Padding(what, (above, 0, 0, 2), expand=False)
+    return Padding(what, (above, 0, 0, INDENT), expand=False)
 
 
 def _print_verdict(out: Console, verdict: Verdict) -> None:
@@ -92,7 +95,7 @@ def _print_numbers(out: Console, diagnosis: Record, scale: Scale) -> None:
     names = missing(diagnosis)
     if names:
         parts.append(f"with {joined(names)} {scale.full(rms_after(diagnosis, []))}")
-    parts.append(f"noise floor {scale.full(floor_of(diagnosis))}")
+    parts.append(f"noise floor {scale.full(Floors.read(diagnosis).fitted)}")
     out.print(_indented(Text(", ".join(parts))))
 
 
@@ -106,42 +109,60 @@ def _table(*columns: tuple[str, bool]) -> Table:
     return table
 
 
-def _candidate_table(rows: list[CandidateRow], scale: Scale, wide: bool) -> Table:
-    twins = any(row.twins for row in rows)
-    more = [("cross-val.", True), ("ΔBIC", True), *([("not told from", False)] if twins else [])] if wide else []
-    table = _table(("candidate", False), ("probability", False), (f"RMS [{scale.label}]", True), *more)
-    for row in rows:
-        name = Text(row.effect, style="bold" if row.needed else "")
-        extra: list[Any] = [row.rms_cross_validated, row.delta_bic, *([Text(", ".join(row.twins))] if twins else [])] if wide else []
-        table.add_row(name, _bar(row), row.rms, *extra)
+def _first_that_fits(out: Console, tables: Iterable[Table]) -> Table:
+    """The first of some tables, with ever fewer columns, whose every cell can be written in full; else the last."""
+    anything = out.options.update(width=UNLIMITED)
+    for table in tables:
+        if out.measure(table, options=anything).maximum + INDENT <= out.width:
+            break
     return table
 
 
-def _bar(row: CandidateRow) -> Text:
-    filled = round(BAR * float(row.width.rstrip("%")) / 100)
-    return Text.assemble(("█" * filled, "cyan"), ("░" * (BAR - filled), "dim"), f" {row.probability:>6}")
+def _candidate_tables(rows: list[CandidateRow], scale: Scale) -> Iterator[Table]:
+    """Name, probability and RMS always; the rest as far as there is room."""
+    for more, bar in ((2, BAR), (1, BAR), (0, BAR), (0, 0)):
+        columns = [("candidate", False), ("probability", False), (f"RMS [{scale.label}]", True), ("cross-val.", True), ("ΔBIC", True)]
+        table = _table(*columns[: 3 + more])
+        for row in rows:
+            name = Text(row.effect, style="bold" if row.needed else "")
+            table.add_row(name, _bar(row, bar), row.rms, *(row.rms_cross_validated, row.delta_bic)[:more])
+        yield table
+
+
+def _bar(row: CandidateRow, width: int) -> Text:
+    filled = round(width * float(row.width.rstrip("%")) / 100)
+    return Text.assemble(("█" * filled, "cyan"), ("░" * (width - filled), "dim"), f" {row.probability:>6}")
+
+
+def _print_twins(out: Console, rows: list[CandidateRow], diagnosis: Record) -> None:
+    """On lines of their own, as they may be many; those of missing effects stand in the verdict already."""
+    said = missing(diagnosis) if diagnosis.get("verdict") == "missing" else []
+    parts = [f"{row.effect} from {joined(row.twins, 'or')}" for row in rows if row.twins and row.effect not in said]
+    if parts:
+        out.print(_indented(Text(f"not told apart: {'; '.join(parts)}", style="dim")))
 
 
 def _print_regions(out: Console, diagnosis: Record, scale: Scale) -> None:
     rows = region_rows((diagnosis.get("where") or [])[:REGIONS], scale)
-    if not rows:
-        return
     columns = [("worst in", False), ("stage", False), ("from [h]", True), ("to [h]", True), ("T [°C]", True)]
     columns += [(f"RMS [{scale.label}]", True), ("× floor", True)]
-    chosen = range(7) if out.width >= WIDE else (0, 1, 5, 6)
-    table = _table(*(columns[i] for i in chosen))
-    for row in rows:
-        table.add_row(*(Text(row[i + 1]) for i in chosen))
-    out.print(_indented(table, 1))
+    chosen = ((0, 1, 2, 3, 4, 5, 6), (0, 1, 2, 3, 5, 6), (0, 1, 5, 6))
+    if rows:
+        out.print(_indented(_first_that_fits(out, _tables(columns, [row[1:] for row in rows], chosen)), 1))
 
 
-def _ladder_table(rows: list[list[str]], scale: Scale, wide: bool) -> Table:
+def _ladder_tables(rows: list[list[str]], scale: Scale) -> Iterator[Table]:
     columns = [("step", False), (f"RMS [{scale.label}]", True), ("× floor", True), ("check runs", True), ("× floor", True)]
-    chosen = range(5) if wide else (0, 1, 3)
-    table = _table(*(columns[i] for i in chosen))
-    for row in rows:
-        table.add_row(*(Text(row[i]) for i in chosen))
-    return table
+    yield from _tables(columns, rows, ((0, 1, 2, 3, 4), (0, 1, 3)))
+
+
+def _tables(columns: list[tuple[str, bool]], rows: list[list[str]], chosen: Sequence[Sequence[int]]) -> Iterator[Table]:
+    """One table a choice of columns."""
+    for choice in chosen:
+        table = _table(*(columns[i] for i in choice))
+        for row in rows:
+            table.add_row(*(Text(row[i]) for i in choice))
+        yield table
 
 
 def _print_commands(out: Console, commands: Sequence[str]) -> None:

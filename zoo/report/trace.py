@@ -8,6 +8,9 @@ import numpy as np
 
 from zoo.units import convert
 
+HELD_OUT = "(held out)"
+"""How the name ends of pieces of a run that is fitted otherwise, see `Run.split`."""
+
 
 @dataclass(frozen=True, eq=False)
 class Trace:
@@ -39,6 +42,11 @@ class Trace:
     def hours(self) -> np.ndarray:
         """(N,) block centres [h]."""
         return convert(np.asarray(self.time_s, dtype=float), "s", "h")
+
+    @property
+    def held_out(self) -> bool:
+        """Whether these are pieces of a run that is fitted otherwise."""
+        return self.run.endswith(HELD_OUT)
 
     @property
     def residual(self) -> np.ndarray:

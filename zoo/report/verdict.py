@@ -5,13 +5,18 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Any
 
-from zoo.report.trace import Trace, rms
+from zoo.report.floors import WORTH_TELLING, Floors, excess
+from zoo.report.trace import HELD_OUT, Trace, rms
 from zoo.report.wording import finite, joined, percent, times
 
 Record = dict[str, Any]
 
 NOTICEABLE = 0.02
 """Share by which the error on check runs must rise to be worth a word."""
+NEAR = 1.5
+"""Fitted runs within so many times their noise floor may have been fitted too closely; beyond, the model is merely wrong."""
+NAMED = 2
+"""More effects than so many that cannot be told from one are counted in the headline, and named below it."""
 
 
 @dataclass(frozen=True)
@@ -65,10 +70,12 @@ def ladder(diagnosis: Record, refinement: Record | None = None) -> list[Rung]:
 def _short_ladder(diagnosis: Record) -> list[Record]:
     names, effects = missing(diagnosis), diagnosis.get("effects") or []
     steps: list[Record] = [{"added": None, "effects": effects, "rms": diagnosis.get("rms")}]
-    if names:
-        steps.append({"added": names[0], "effects": [*effects, names[0]], "rms": candidate(diagnosis, names[0]).get("rms")})
     if len(names) > 1:
-        steps.append({"added": joined(names[1:]), "effects": [*effects, *names], "rms": diagnosis.get("rms_final")})
+        steps.append({"added": names[0], "effects": [*effects, names[0]], "rms": candidate(diagnosis, names[0]).get("rms")})
+    if names:
+        # The candidate's own RMS is of its first fit; later rounds may have refitted it.
+        final = finite(diagnosis.get("rms_final")) or (candidate(diagnosis, names[0]).get("rms") if len(names) == 1 else None)
+        steps.append({"added": joined(names[1:] or names), "effects": [*effects, *names], "rms": final})
     return [step for step in steps if finite(step["rms"]) is not None]
 
 
@@ -81,19 +88,14 @@ def rms_after(diagnosis: Record, traces: list[Trace], refinement: Record | None 
     return finite(diagnosis.get("rms_final")) if len(drawn) != 1 else drawn[0]
 
 
-def excess(value: Any, floor: Any) -> float | None:
-    """A value as a multiple of the noise floor; None where either is unknown."""
-    number, noise = finite(value), finite(floor)
-    return number / noise if number is not None and noise else None
-
-
 def verdict_of(diagnosis: Record, refinement: Record | None = None) -> Verdict:
     """Headline and sentences of a diagnosis, or of a refinement where there is one."""
     if refinement:
         return _refined(diagnosis, refinement)
     kind = diagnosis.get("verdict")
     if kind == "complete":
-        return Verdict("complete", "The model is complete", ["What it leaves is noise; no effect has to be added."])
+        left = _noise(excess(diagnosis.get("rms"), diagnosis.get("noise_floor")))
+        return Verdict("complete", "The model is complete", [f"What it leaves {left}", "No effect has to be added."])
     if kind == "missing":
         return Verdict("missing", f"Missing: {joined(_named(diagnosis))}", _what_missing_means(diagnosis))
     if kind == "unknown":
@@ -101,10 +103,25 @@ def verdict_of(diagnosis: Record, refinement: Record | None = None) -> Verdict:
     return Verdict("none", "No verdict", ["There is no diagnosis of this model."])
 
 
+def _noise(ratio: float | None) -> str:
+    """The end of a sentence on what a complete model leaves: the test allows flicker and random walk, and so more than the floor."""
+    if ratio is None or ratio <= WORTH_TELLING:
+        return "is noise."
+    return f"looks like noise, coloured more than white: RMS {times(ratio)} the floor."
+
+
+def _twins(diagnosis: Record, name: str) -> list[str]:
+    """What cannot be told from an effect; less what is missing beside it, as both are needed."""
+    return [str(twin) for twin in candidate(diagnosis, name).get("indistinguishable_from") or [] if twin not in missing(diagnosis)]
+
+
 def _named(diagnosis: Record) -> list[str]:
     """The missing effects, each with what cannot be told from it and with its probability."""
-    entries = [(name, candidate(diagnosis, name)) for name in missing(diagnosis)]
-    return [f"{joined([name, *(entry.get('indistinguishable_from') or [])], 'or')}{_chance(entry)}" for name, entry in entries]
+    return [f"{_or_its_twins(name, _twins(diagnosis, name))}{_chance(candidate(diagnosis, name))}" for name in missing(diagnosis)]
+
+
+def _or_its_twins(name: str, twins: list[str]) -> str:
+    return joined([name, *twins], "or") if len(twins) <= NAMED else f"{name} or one of {len(twins)} like it"
 
 
 def _chance(entry: Record) -> str:
@@ -113,9 +130,10 @@ def _chance(entry: Record) -> str:
 
 def _what_missing_means(diagnosis: Record) -> list[str]:
     names = missing(diagnosis)
-    sentences = [f"With {'it' if len(names) == 1 else 'them'} added, what the model leaves is noise."]
+    left = _noise(excess(rms_after(diagnosis, []), diagnosis.get("noise_floor")))
+    sentences = [f"With {'it' if len(names) == 1 else 'them'} added, what the model leaves {left}"]
     for name in names:
-        twins = candidate(diagnosis, name).get("indistinguishable_from") or []
+        twins = _twins(diagnosis, name)
         if twins:
             each = "both" if len(twins) == 1 else "each"
             sentences.append(f"These runs cannot tell {name} from {joined(twins, 'or')}: compare {each} on a check run.")
@@ -126,17 +144,24 @@ def _what_unknown_means(diagnosis: Record) -> list[str]:
     sentences = []
     if missing(diagnosis):
         ratio = excess(diagnosis.get("rms_final"), diagnosis.get("noise_floor"))
-        ending = f"what is left is still {times(ratio)} the noise floor." if ratio and ratio > 1.25 else "what is left is still not noise."
+        ending = f"what is left is still {times(ratio)} the noise floor." if ratio and ratio > WORTH_TELLING else "what is left is still not noise."
         sentences.append(f"Adding {joined(_named(diagnosis))} helps, but {ending}")
     else:
         sentences.append("The residual is not noise, and no known effect makes it so.")
     return sentences + unexplained(diagnosis)
 
 
-def unexplained(diagnosis: Record) -> list[str]:
-    """What the unexplained residual goes with, one sentence a quantity."""
+def unexplained(diagnosis: Record, done: bool = False) -> list[str]:
+    """What the unexplained residual goes with, one sentence a quantity; `done` where effects were added since."""
     facts = [fact for fact in diagnosis.get("unexplained") or [] if fact.get("depends_on")]
-    return [f"A free smooth function of {fact['depends_on']} would explain {percent(fact.get('explains'))} of it." for fact in facts]
+    parts = [(_enclosed(str(fact["depends_on"])), percent(fact.get("explains"))) for fact in facts]
+    what = "have explained {} of the residual before." if done else "explain {} of the residual."
+    return [f"A free smooth function of {words} would {what.format(share)}" for words, share in parts]
+
+
+def _enclosed(words: str) -> str:
+    """An apposition ends with a comma where it began with one."""
+    return f"{words}," if "," in words else words
 
 
 def worth_adding(refinement: Record) -> list[str] | None:
@@ -148,23 +173,57 @@ def worth_adding(refinement: Record) -> list[str] | None:
     return [rung.added for rung in rungs[1 : checks.index(min(checks)) + 1] if rung.added]
 
 
+def unfitted(names: Any) -> str:
+    """What the check runs are called: pieces of fitted runs, or runs of their own."""
+    runs = [str(name) for name in names or []]
+    return "held-out pieces" if runs and all(name.endswith(HELD_OUT) for name in runs) else "runs that were not fitted"
+
+
 def _better_without(refinement: Record) -> list[str]:
-    kept = worth_adding(refinement)
+    kept, them = worth_adding(refinement), unfitted(refinement.get("check_runs"))
     if kept is None:
         return []
     if not kept:
-        return ["No added effect lowers the error on the runs that were not fitted: do without."]
-    return [f"The runs that were not fitted are predicted best with {joined(kept)} alone: stop there."]
+        return [f"No added effect lowers the error on the {them}: do without."]
+    return [f"The {them} are predicted best with {joined(kept)} alone: stop there."]
 
 
 def _refined(diagnosis: Record, refinement: Record) -> Verdict:
-    added = [rung.added for rung in ladder(diagnosis, refinement) if rung.added]
+    rungs = ladder(diagnosis, refinement)
+    added = [rung.added for rung in rungs if rung.added]
     done = f"with {joined(added)} added" if added else "as it stands"
     if refinement.get("verdict") == "complete":
-        return Verdict("complete", f"The model is complete {done}", ["What it leaves is noise."])
-    if refinement.get("borne_out") is False:
-        words = ["What it leaves is more than noise on the runs that were not fitted, so it may have been fitted too closely."]
-        return Verdict("unknown", f"Not borne out {done}", words + _better_without(refinement))
+        left = _noise(excess(rungs[-1].rms if rungs else None, refinement.get("noise_floor")))
+        return Verdict("complete", f"The model is complete {done}", [f"What it leaves {left}"])
+    if refinement.get("borne_out") is False and (added or _near(rungs, refinement)):
+        headline, sentences = _not_borne_out(rungs, refinement)
+        return Verdict("unknown", f"{headline} {done}", sentences + _better_without(refinement))
     if added:
-        return Verdict("unknown", f"Still incomplete {done}", ["What is left is not noise.", *_better_without(refinement), *unexplained(diagnosis)])
+        return Verdict(
+            "unknown", f"Still incomplete {done}", ["What is left is not noise.", *_better_without(refinement), *unexplained(diagnosis, done=True)]
+        )
     return verdict_of(diagnosis) if diagnosis.get("verdict") else Verdict("unknown", "Incomplete", ["What is left is not noise."])
+
+
+def _near(rungs: list[Rung], refinement: Record) -> bool:
+    """Whether the fitted runs are near their floor, or nothing says that they are not."""
+    fitted = excess(rungs[-1].rms if rungs else None, refinement.get("noise_floor"))
+    return fitted is None or fitted <= NEAR
+
+
+def _not_borne_out(rungs: list[Rung], refinement: Record) -> tuple[str, list[str]]:
+    """Headline and sentences where what was not fitted is not predicted down to its noise: is it better at least, is the fit too close?"""
+    floors, them = Floors.read({}, refinement), unfitted(refinement.get("check_runs"))
+    first, last = (rungs[0].rms_check, rungs[-1].rms_check) if rungs else (None, None)
+    better = first is not None and last is not None and last < first
+    sentences = []
+    if first and last and better:
+        ratio = excess(last, floors.checked)
+        ending = f": it is still {times(ratio)} the floor there." if ratio else "."
+        sentences.append(f"On the {them} the RMS fell by {percent(1 - last / first)}, but not down to the noise{ending}")
+    if _near(rungs, refinement):
+        sentences.append(f"What it leaves is more than noise on the {them}, so it may have been fitted too closely.")
+    else:
+        whole = "what was fitted" if them.startswith("held") else "the fitted runs"
+        sentences.append(f"What is left is not noise, neither on {whole} nor on the {them}.")
+    return ("Not down to the noise" if better else "Not borne out"), sentences

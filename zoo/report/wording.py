@@ -11,6 +11,9 @@ from zoo.units import OUTPUT_QUANTITIES, UNITS, suffixes
 
 NONE = "–"
 _SUPERSCRIPT = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
+_PREFIXES = {-3: "m", -6: "µ", -9: "n"}
+_PREFIXED = ("rad/s", "m/s²")
+"""Units that are usually written with a prefix."""
 
 
 def finite(value: Any) -> float | None:
@@ -72,14 +75,36 @@ def times(ratio: Any) -> str:
 
 
 def unit_symbol(unit: Any) -> str:
-    """A unit, or a product with one, as usually written: ``unit_symbol("dph·min/K") == "°/h·min/K"``."""
-    return re.sub(r"[A-Za-z_]\w*", lambda match: UNITS[match[0]].symbol if match[0] in suffixes(*OUTPUT_QUANTITIES) else match[0], str(unit or ""))
+    """A unit, or a product with one, as usually written: ``unit_symbol("dph·min/K^2") == "°/h·min/K²"``."""
+    text = re.sub(r"\^(-?\d+)", lambda match: match[1].translate(_SUPERSCRIPT), str(unit or ""))
+    return re.sub(r"[A-Za-z_][A-Za-z_0-9]*", lambda match: UNITS[match[0]].symbol if match[0] in suffixes(*OUTPUT_QUANTITIES) else match[0], text)
 
 
 def joined(names: Any, last: str = "and") -> str:
     """``a``, ``a and b``, ``a, b and c``."""
     items = [str(name) for name in names or []]
     return items[0] if len(items) == 1 else f"{', '.join(items[:-1])} {last} {items[-1]}" if items else ""
+
+
+@dataclass(frozen=True)
+class Sides:
+    """What a page calls the model it begins with and the one with effects added.
+
+    Attributes:
+        now: the former, short.
+        stands: the former, where more room is.
+        after: the latter, short.
+        added: the latter, where more room is.
+    """
+
+    now: str
+    stands: str
+    after: str
+    added: str
+
+
+DIAGNOSED = Sides("now", "as it stands", "with the missing", "with the missing effects")
+REFINED = Sides("before", "before", "after", "after")
 
 
 @dataclass(frozen=True)
@@ -112,7 +137,9 @@ class Scale:
 
     @property
     def label(self) -> str:
-        """The unit with its power of ten."""
+        """The unit with its power of ten, as a prefix where there is one."""
+        if self.exponent in _PREFIXES and self.symbol in _PREFIXED:
+            return _PREFIXES[self.exponent] + self.symbol
         return f"10{str(self.exponent).translate(_SUPERSCRIPT)} {self.symbol}" if self.exponent else self.symbol
 
     @property
@@ -129,3 +156,11 @@ class Scale:
         """A value with its unit."""
         text = self.text(value)
         return text if text == NONE else f"{text} {self.label}"
+
+    def parameter(self, value: Any, stderr: Any, unit: Any) -> tuple[str, str]:
+        """A parameter with its standard error, and its unit: in this scale where it is one of the output's unit or of a product with that."""
+        symbol = unit_symbol(unit)
+        if not self.exponent or not re.match(re.escape(self.symbol) + r"(?![A-Za-z²])", symbol):
+            return with_error(value, stderr), symbol
+        number, error = (None if known is None else known * self.factor for known in (finite(value), finite(stderr)))
+        return with_error(number, error), self.label + symbol[len(self.symbol) :]

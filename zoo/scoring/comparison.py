@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import torch
@@ -12,6 +12,8 @@ from zoo.scoring.stages import KINDS, Stage, bias_stability, rms, stage_mask
 
 UNCOMPENSATED = "uncompensated"
 WHOLE = "whole"
+ALIKE = 1e-9
+"""Residuals whose largest difference is below this share of the uncompensated error's RMS are one model's."""
 
 
 def residuals(error: Tensor, predicted: Mapping[str, Tensor]) -> dict[str, Tensor]:
@@ -51,3 +53,25 @@ def rms_by_stage(left: Mapping[str, Tensor], stages: list[Stage]) -> list[dict[s
         | {"bias_stability": {who: bias_stability(value[stage.blocks]) for who, value in left.items()}}
         for stage in stages
     ]
+
+
+def alike(left: Sequence[Mapping[str, Tensor]], names: Sequence[str]) -> list[list[str]]:
+    """Models that predict the same, as those do whose fit depends on no seed.
+
+    Args:
+        left: (N,) residuals by name of every run, the uncompensated error among them [output's unit].
+        names: the models to group.
+
+    Returns:
+        Groups in the order of their first members; most have one.
+    """
+    whole = {name: torch.cat([run[name] for run in left]) for name in (UNCOMPENSATED, *names)}
+    allowed = ALIKE * rms(whole[UNCOMPENSATED])
+    groups: list[list[str]] = []
+    for name in names:
+        same = next((group for group in groups if bool(((whole[group[0]] - whole[name]).abs() <= allowed).all())), None)
+        if same is None:
+            groups.append([name])
+        else:
+            same.append(name)
+    return groups

@@ -5,13 +5,15 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 from functools import cached_property
+from statistics import NormalDist
 
 import torch
 from torch import Tensor
 
 CHAIN_RATIO = 4.0
 WHITENED_AT_ONCE = 1000
-DIFFERENCED, KEPT, KEPT_VARIANCE = 3, 0.9, 0.6230
+DIFFERENCED = 3
+NORMAL = NormalDist()
 
 
 @dataclass(frozen=True, eq=False)
@@ -21,17 +23,21 @@ class Blocks:
     Attributes:
         time: (N,) block centres [s].
         share: (N,) rows behind each mean over those of a full block.
+        begin: when the run began [s]; where None, at the first block.
     """
 
     time: Tensor
     share: Tensor
+    begin: float | None = None
 
     @cached_property
     def pieces(self) -> list[Blocks]:
-        """Consecutive blocks, at most 1000 at a time."""
+        """Consecutive blocks, at most 1000 at a time, of the same run."""
         if self.time.numel() <= WHITENED_AT_ONCE:
             return [self]
-        return [Blocks(*both) for both in zip(self.time.split(WHITENED_AT_ONCE), self.share.split(WHITENED_AT_ONCE), strict=True)]
+        begin = float(self.time[0]) if self.begin is None else self.begin
+        parts = zip(self.time.split(WHITENED_AT_ONCE), self.share.split(WHITENED_AT_ONCE), strict=True)
+        return [Blocks(time, share, begin) for time, share in parts]
 
     @cached_property
     def white(self) -> Tensor:
@@ -41,7 +47,7 @@ class Blocks:
     @cached_property
     def walk(self) -> Tensor:
         """(N, N) covariance of a random walk from the run's start with K = 1 per √h."""
-        hours = (self.time - self.time[0]) / 3600.0
+        hours = (self.time - (self.time[0] if self.begin is None else self.begin)) / 3600.0
         return torch.minimum(hours.unsqueeze(0), hours.unsqueeze(1))
 
     @cached_property
@@ -98,7 +104,8 @@ def _of_means(delay: Tensor, block: float, tau: float) -> Tensor:
 class Whitener:
     """Multiplies the block means of several runs, one after the other, by the inverse root of their noise covariance.
 
-    `log_determinant` is that of the covariance. Long runs are cut into pieces of at most 1000 blocks whose flicker is taken as independent.
+    `log_determinant` is that of the covariance. Long runs are cut into pieces of at most 1000 blocks, whose covariances are right and
+    which are taken as independent of each other.
     """
 
     def __init__(self, noise: NoiseModel, runs: list[Blocks]) -> None:
@@ -123,14 +130,15 @@ class Whitener:
         return torch.cat(pieces).reshape(columns.shape[-2], *columns.shape[:-2], columns.shape[-1]).movedim(0, -2)
 
 
-def white_level(values: list[Tensor]) -> float:
+def white_level(values: list[Tensor], kept: float = 0.9) -> float:
     """RMS of white noise from successive differences, blind to whatever is slow and to rare edges and spikes.
 
     A second difference removes a local slope; its variance is 6 times that of the white noise (1 + 4 + 1; von Neumann 1941, Ann. Math. Stat. 12:367).
-    The largest tenth of them is left out, which keeps 0.6230 of a Gaussian's variance (1 − 2zφ(z)/0.9 with z = 1.645).
+    The largest of them are left out, which keeps the share 1 − 2zφ(z)/κ of a Gaussian's variance, with z the quantile that κ lies within.
 
     Args:
         values: (N_r,) equally spaced means, one tensor a run.
+        kept: κ, share of the differences that is looked at; less is blinder to what is fast now and then, and noisier.
 
     Returns:
         σ of one mean [unit]; NaN where there are too few.
@@ -139,5 +147,6 @@ def white_level(values: list[Tensor]) -> float:
     if not differences:
         return float("nan")
     squares = torch.cat(differences).square().sort().values
-    kept = squares[: max(1, round(KEPT * squares.numel()))]
-    return math.sqrt(float(kept.mean()) / (6.0 * KEPT_VARIANCE))
+    quiet = squares[: max(1, round(kept * squares.numel()))]
+    z = NORMAL.inv_cdf((1.0 + kept) / 2.0)
+    return math.sqrt(float(quiet.mean()) / (6.0 * (1.0 - 2.0 * z * NORMAL.pdf(z) / kept)))

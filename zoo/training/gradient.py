@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -73,15 +75,25 @@ def fit_by_gradient(
     if schedule.resume is not None:
         check_resumable(schedule.resume, module, steps)
     trainer = _trainer(steps, every, schedule.device, [init, TrainingProgress(steps, every)], logger)
-    trainer.fit(module, datamodule=data, ckpt_path=schedule.resume, weights_only=True)
-    if trainer.interrupted:
-        raise KeyboardInterrupt
+    with _interruptible():
+        trainer.fit(module, datamodule=data, ckpt_path=schedule.resume, weights_only=True)
     loss = _final_loss(module, data)
     if not math.isfinite(loss):
         raise WorkError(f"training diverged: the loss is {loss} after {trainer.global_step} steps; try a smaller optimizer.lr")
     trainer.save_checkpoint(out / CHECKPOINT)
     evaluations = module.evaluations + getattr(init, "evaluations", 0)
     return {"epochs": trainer.global_step // steps_per_pass, "evaluations": evaluations, "loss": loss}
+
+
+@contextmanager
+def _interruptible() -> Iterator[None]:
+    """Ctrl-C as everywhere else; Lightning makes it an exit with code 1, without a word."""
+    try:
+        yield
+    except SystemExit as stop:
+        if not isinstance(stop.__context__, KeyboardInterrupt):
+            raise
+        raise KeyboardInterrupt from stop
 
 
 def _trainer(steps: int, every: int, device: str, callbacks: list[Callback], logger: Logger) -> Trainer:

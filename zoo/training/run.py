@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import platform
+import shutil
 import time
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from functools import partial
 from pathlib import Path
 from typing import Any, Protocol, cast
@@ -85,7 +87,7 @@ def train(
     _check_numbers(epochs=epochs, goal=goal, batch_size=batch_size, seed=seed)
     chance = torch.Generator().manual_seed(seed)
     logger = TensorBoardLogger(out, name=EVENTS, version="", default_hp_metric=False)
-    with quiet_lightning(), threads_for(sum(run.blocks for run in runs) * WIDTH):
+    with quiet_lightning(), _no_half_curve(out / EVENTS), threads_for(sum(run.blocks for run in runs) * WIDTH):
         if hasattr(optimizer, "fit"):
             evaluations = cast(Fitter, optimizer).fit(model, runs, chance)
             save_unfitted_by_gradient(model, out)
@@ -101,6 +103,18 @@ def train(
     metrics["wall_time_s"] = round(time.perf_counter() - started, 3)
     _log_result(logger, metrics, [*(labels or {}), "seed", "parameters", "average_s"])
     return metrics
+
+
+@contextmanager
+def _no_half_curve(folder: Path) -> Iterator[None]:
+    """Takes the events of a training that was interrupted away again; those of one that diverged show how."""
+    there = folder.exists()
+    try:
+        yield
+    except KeyboardInterrupt:
+        if not there:
+            shutil.rmtree(folder, ignore_errors=True)
+        raise
 
 
 def _check(model: Model, runs: Sequence[Run], optimizer: MakeOptimizer | Fitter, device: str) -> None:

@@ -1,0 +1,97 @@
+"""What Hydra's parsers do not understand, said with what to type instead."""
+
+from __future__ import annotations
+
+import re
+import shlex
+import sys
+from collections.abc import Iterable
+from typing import NoReturn
+
+from hydra._internal.utils import get_args_parser
+from hydra.core.override_parser.overrides_parser import OverridesParser
+from hydra.errors import HydraException, OverrideParseException
+
+from zoo.catalog import LISTS
+from zoo.errors import InputError, nearest
+from zoo.measurements.files import SUFFIXES
+
+_SPECIAL = re.compile(r"[^A-Za-z0-9_ /\\+.$%*@?|:-]")
+"""What a value may hold in quotes only."""
+
+
+def check_flags(arguments: list[str]) -> None:
+    """Refuses a flag that does not exist, which argparse would answer with its whole usage.
+
+    Raises:
+        InputError: names the flag, and what is possible.
+    """
+    parser = get_args_parser()
+    flags = re.findall(r"--[a-z_-]+", parser.format_usage())
+
+    def refuse(message: str) -> NoReturn:
+        unknown = message.removeprefix("unrecognized arguments: ").split()[0]
+        if unknown.startswith("-"):
+            raise InputError(f"unknown flag {unknown}: {nearest(unknown, flags)}")
+        apart = f"{unknown} stands apart from the other settings; all come before the flags, or all behind them"
+        raise InputError(apart if message.startswith("unrecognized") else message)
+
+    parser.error = refuse  # type: ignore[method-assign]
+    parser.parse_args(arguments)
+
+
+def check_once(overrides: Iterable[str]) -> None:
+    """Refuses a list of names from a config group that has one of them twice, which Hydra takes for one.
+
+    Args:
+        overrides: as typed.
+
+    Raises:
+        InputError: says which.
+    """
+    for override in overrides:
+        setting = OverridesParser.create().parse_override(override)
+        value = setting.value()
+        names = value if setting.key_or_group in LISTS and isinstance(value, list) else []
+        twice = next((name for name in names if names.count(name) > 1), None)
+        if twice is not None:
+            raise InputError(f"{override}: {twice} is there twice; once is all there can be of it")
+
+
+def instead(error: BaseException) -> str | None:
+    """A line or two with what was probably meant by a setting that cannot be parsed; None where nothing better is known than what Hydra says."""
+    if not isinstance(error, OverrideParseException):
+        return None
+    if "=" not in error.override:
+        files = [one for one in sys.argv[1:] if one.lower().endswith(SUFFIXES) and "=" not in one]
+        meant = f"; files go into {shlex.quote(_listed('data.files', files))}" if error.override in files else " (--cfg job prints all keys)"
+        return f"'{error.override}' is no setting; settings are key=value{meant}"
+    quoted = _quoted(error.override)
+    if quoted is None:
+        return None
+    return f"{error.override}: names with special characters need quotes of their own inside those of the shell:\n{shlex.quote(quoted)}"
+
+
+def _quoted(override: str) -> str | None:
+    """The same setting with quotes around what needs them; None where that does not help either."""
+    key, _, value = override.partition("=")
+    listed = value.startswith("[") and value.endswith("]")
+    quoted = _listed(key, value[1:-1].split(",")) if listed else f"{key}={_in_quotes(value)}"
+    try:
+        OverridesParser.create().parse_override(quoted)
+    except HydraException:
+        return None
+    return quoted if quoted != override and not _half_typed(value) else None
+
+
+def _half_typed(value: str) -> bool:
+    """Whether a bracket was opened and the rest is still to come."""
+    return value.startswith(("[", "{")) and value.count(value[0]) != value.count("]" if value[0] == "[" else "}")
+
+
+def _listed(key: str, values: Iterable[str]) -> str:
+    return f"{key}=[{','.join(_in_quotes(value) for value in values)}]"
+
+
+def _in_quotes(value: str) -> str:
+    return f'"{value}"' if _SPECIAL.search(value) and not value.startswith(('"', "'")) else value
