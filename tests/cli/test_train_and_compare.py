@@ -3,6 +3,7 @@
 import csv
 import json
 import os
+import shlex
 import sys
 from pathlib import Path
 from unittest import mock
@@ -135,3 +136,23 @@ def test_comparing_nothing_or_another_unit_is_an_input_error(recordings, tmp_pat
     message = capsys.readouterr().err
     assert "dph" in message
     assert "rad_per_s" in message
+
+
+def pasted(out: str) -> list[str]:
+    """The arguments of the compare command that was printed."""
+    line = next(line.strip() for line in out.splitlines() if line.strip().startswith("fogzoo compare"))
+    return shlex.split(line)[2:]
+
+
+def test_what_refine_prints_as_next_can_be_pasted(recordings, tmp_path, capsys) -> None:
+    """It compares the refined model on the check runs, averaged as they were; without any on the fitted runs."""
+    files, check = f"data.files=[{recordings / 'a.csv'},{recordings / 'b.csv'}]", f"data.check_files=[{recordings / 'check.csv'}]"
+    for more, names in (([check, "data.average_s=200"], {"check"}), ([], {"a", "b"})):
+        out = tmp_path / f"refined_{len(more)}"
+        assert run("refine", ["add=warm_up", "candidates=[warm_up]", files, *more, f"hydra.run.dir={out}"]) == 0
+        command = pasted(capsys.readouterr().out)
+        assert run("compare", [*command, f"hydra.run.dir={out}/compared"]) == 0
+        document = json.loads((out / "compared" / "comparison.json").read_text())
+        assert {one["run"] for one in document["runs"]} == names
+        assert document["average_s"] == (200 if more else json.loads((out / "refinement.json").read_text())["average_s"])
+        capsys.readouterr()

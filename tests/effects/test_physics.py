@@ -1,4 +1,4 @@
-"""What each effect must do in a hold, in a ramp, round a cycle; physics.md §4 to §10.1."""
+"""What each effect must do in a hold, in a ramp, round a closed cycle: the signatures by which engineers tell them apart."""
 
 from __future__ import annotations
 

@@ -116,3 +116,11 @@ def next_commands(missing: list[str]) -> list[str]:
     folders = ",".join(f"file://{folder}" for folder in searchpath())
     where = [f"hydra.searchpath=[{folders}]"] if folders else []
     return [shlex.join(["fogzoo", "refine", f"add=[{','.join(missing)}]", *typed, *where])]
+
+
+def compare_command(folder: Path) -> str:
+    """What to type to see a refined model by stage: on the check runs where there are any, read as they were."""
+    typed = {one.partition("=")[0]: one.partition("=")[2] for one in HydraConfig.get().overrides.task if one.lstrip("+").startswith("data")}
+    files = typed.pop("data.check_files", None) or typed.get("data.files")
+    kept = {key: value for key, value in typed.items() if key not in {"data.files", "data.holdout"}}
+    return shlex.join(["fogzoo", "compare", f"runs=[{folder}]", *([f"data.files={files}"] if files else []), *(f"{key}={kept[key]}" for key in kept)])

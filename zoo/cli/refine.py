@@ -10,7 +10,7 @@ from rich.console import Console
 
 from zoo.artifacts import write_json
 from zoo.catalog import load, save_model
-from zoo.cli.effects import catalogue, model_effects, named, next_commands
+from zoo.cli.effects import catalogue, compare_command, model_effects, named, next_commands
 from zoo.cli.inputs import read_data, searchpath
 from zoo.diagnosis.diagnose import diagnose
 from zoo.diagnosis.refine import Refinement, refine
@@ -50,7 +50,7 @@ def run(config: DictConfig, out: Path) -> Path:
     from zoo.report.verdict import worth_adding
 
     better = next_commands(worth_adding(found.record) or [])
-    print_ladder(found.record, [*better, f"fogzoo compare 'runs=[{out}]' 'data.files=[…]'"])
+    print_ladder(found.record, [*better, compare_command(out)])
     print(f"report: {out / 'report.html'}")
     return path
 
