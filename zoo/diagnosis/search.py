@@ -10,7 +10,7 @@ import torch
 
 from zoo.diagnosis.cross_validation import segment_cost
 from zoo.diagnosis.screening import Screened, screen
-from zoo.diagnosis.workbench import Solved, Workbench
+from zoo.diagnosis.workbench import FAR, Solved, Workbench
 from zoo.scoring.noise import white_level
 
 ACCEPT = 5.0
@@ -101,7 +101,7 @@ def search(bench: Workbench, base: Solved, candidates: list[str], progress: Call
     while True:
         step = _round(bench, found.final, [name for name in candidates if name not in found.final.names], progress)
         found.steps.append(step)
-        best = next((trial for trial in step.trials if _convinces(bench, base, found.final, trial, len(step.trials))), None)
+        best = _best(bench, [trial for trial in step.trials if _convinces(bench, base, found.final, trial, len(step.trials))])
         if best is None or len(found.missing) >= MOST_ADDED:
             return found
         assert best.solved is not None
@@ -189,6 +189,18 @@ def _convinces(bench: Workbench, base: Solved, before: Solved, best: Trial, cand
     if before.rms**2 - best.solved.rms**2 < MATERIAL * max(before.rms**2 - bench.mixtures.white**2, 0.0) or best.solved.rms >= before.rms:
         return False
     return segment_cost(bench, best.solved) < segment_cost(bench, before)
+
+
+def _best(bench: Workbench, convincing: list[Trial]) -> Trial | None:
+    """The one with the strongest evidence; where that leaves much, the one that predicts pieces best which were not fitted.
+
+    Likelihoods compare models of which one is true up to noise. While something else is missing as well, a flexible effect wins by bending to it.
+    """
+    if not convincing or convincing[0].solved is None:
+        return None
+    if convincing[0].solved.rms <= FAR * bench.mixtures.white:
+        return convincing[0]
+    return min(convincing, key=lambda trial: segment_cost(bench, trial.solved) if trial.solved else math.inf)
 
 
 def _mops_up(base: Solved, before: Solved, after: Solved) -> bool:

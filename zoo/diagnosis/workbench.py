@@ -22,8 +22,7 @@ from zoo.models.graybox import GrayBox
 from zoo.scoring.noise import NoiseModel, Whitener
 
 FAR = 1.5
-"""RMS of a residual over the white noise above which the coil is looked for elsewhere when an effect is added."""
-ELSEWHERE = slice(None, None, 2)
+"""RMS of a residual over the white noise above which a base is taken to have its coil in the wrong place."""
 COARSE, FINE = 1e-3, 1e-4
 """Tolerance of the fit of a candidate, which decides by evidence of 5 and more, and of a model that is kept."""
 
@@ -146,18 +145,18 @@ class Workbench:
             base: the model before.
             name: of the effect.
             shape: (S,) physical.
-            far: whether to look elsewhere.
+            far: whether other shapes are tried elsewhere, where the base leaves much.
         """
         near = torch.cat([base.fit.theta, to_unit(shape, self.effects[name].shape).to(base.fit.theta)])
-        elsewhere = [self._elsewhere(base, name)] if far and base.rms > FAR * self.mixtures.white else []
-        return self.solve((*base.names, name), [near, *elsewhere], base.likely.place, COARSE)
+        shapes = self.shapes(name) if far and base.rms > FAR * self.mixtures.white else shape.unsqueeze(0)
+        return self.solve((*base.names, name), [near, self._elsewhere(base, name, shapes)], base.likely.place, COARSE)
 
-    def _elsewhere(self, base: Solved, name: str) -> Tensor:
-        """θ of the coil, out of every other one of a coarse grid, and of the shape there that explain most."""
-        effect, shapes = self.effects[name], self.shapes(name)
+    def _elsewhere(self, base: Solved, name: str, shapes: Tensor) -> Tensor:
+        """θ of the coil, out of a coarse grid, and of one of the shapes (G, S) that together explain most."""
+        effect = self.effects[name]
         known: Tensor | None = None
         found = []
-        coarse = coarse_starts(base.design, base.fit.theta)[ELSEWHERE]
+        coarse = coarse_starts(base.design, base.fit.theta, thinned=len(shapes) > 1)
         for coil, columns in zip(coarse, base.design.columns(coarse), strict=True):
             basis = orthonormal(columns)
             if known is None or effect.place == "coil":

@@ -89,13 +89,19 @@ class Design:
         return torch.cat(found)
 
 
-def coarse_starts(design: Design, around: Tensor | None = None) -> Tensor:
-    """(G, P) a grid over the coil's parameters, everything else as in `around` (P,), by default the model's present values; all in 0…1."""
+def coarse_starts(design: Design, around: Tensor | None = None, thinned: bool = False) -> Tensor:
+    """(G, P) a grid over the coil's parameters, everything else as in `around` (P,), by default the model's present values; all in 0…1.
+
+    `thinned` takes the places of one colour, as on a chessboard.
+    """
     theta = design.model.theta() if around is None else around
     declared = design.model.parameters_of_theta()
     axis = (torch.arange(COIL_TRIALS, dtype=torch.float64, device=theta.device) + 1.0) / (COIL_TRIALS + 1)
     axes = [LOW + (HIGH - LOW) * axis if declared[i][1].scale == "log" else axis for i in range(min(len(design.model.coil_parameters), 3))]
     grid = torch.cartesian_prod(*axes).reshape(-1, len(axes))
+    if thinned:
+        places = torch.cartesian_prod(*[torch.arange(COIL_TRIALS, device=theta.device)] * len(axes)).reshape(len(grid), -1)
+        grid = grid[places.sum(dim=1) % 2 == 0]
     trials = theta.expand(len(grid), -1).clone()
     trials[:, : len(axes)] = grid
     return trials
