@@ -137,6 +137,16 @@ def test_an_effect_is_indistinguishable_from_its_own_double(diagnosis, monkeypat
     assert "double" in indistinguishable(bench, base, final, ["double"])
 
 
+@pytest.mark.parametrize("onset_h", [1.9031, 3.3337])
+def test_the_onset_of_a_step_is_screened_to_a_sample(diagnosis, onset_h) -> None:
+    """Between two onsets of the grid, which are five minutes and more apart: a fit would not find its way from either."""
+    found = diagnosis("")
+    base, bench = found.search.base, found.bench
+    step = torch.cat([run.block_mean((run.time - run.time[0] > onset_h * 3600).double()) for run in bench.runs]).unsqueeze(1)
+    planted = replace(base, fit=replace(base.fit, residual=base.fit.residual + 30 * bench.whitener(bench.mixtures.white * step).squeeze(1)))
+    assert float(screen(bench, planted, ["bias_step"])[0].shape[0]) == pytest.approx(onset_h, abs=20 / 3600)
+
+
 @pytest.mark.parametrize("hidden", ["bias_step", "polarization"])
 def test_all_that_is_said_of_a_candidate_is_from_one_round(diagnosis, hidden) -> None:
     """Its numbers and its probability; the parameters of an effect that is added are those of the model that has it."""

@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-import os
 import sys
 
 import zoo
+from zoo.cli.closed_pipe import print_to_nobody
 from zoo.cli.interrupts import leaving_at_once
 
 USAGE = """fogzoo: the thermal drift of fibre-optic gyroscopes
@@ -56,5 +56,5 @@ def _print(text: str, code: int) -> int:
     try:
         print(text, flush=True)
     except BrokenPipeError:  # a pager that was closed early
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        print_to_nobody()
     return code

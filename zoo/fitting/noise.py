@@ -24,7 +24,7 @@ def blocks_of(runs: list[Run]) -> list[Blocks]:
 
 
 def noise_of(runs: list[Run]) -> NoiseModel:
-    """White noise of one block mean from differences, and the flicker that goes with it.
+    """White noise of one block mean from the quieter half of its differences, and the flicker that goes with it.
 
     Differences of the fine samples, scaled to a block, are ten times as many; they are believed where they agree with those of the blocks within 25
     %, which tells that the noise between the two scales is white.

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import torch
 from torch import Tensor
 
-from zoo.physics.network import _weights
+from zoo.physics.network import exponential_weights
 
 CHUNK = 128
 
@@ -49,7 +49,7 @@ def respond(modes: Modes, step_s: float, inputs: Tensor, start: Tensor | None = 
     length = min(CHUNK, total)
     pieces = (total + length - 1) // length
     depth = modes.rate * step_s
-    decay, (phi_1, phi_2) = torch.exp(-depth), _weights(depth)[1:]
+    decay, phi_1, phi_2 = exponential_weights(depth)
     late = (step_s * phi_2).unsqueeze(-1) * modes.drive
     gain = decay.unsqueeze(-1) * late + (step_s * (phi_1 - phi_2)).unsqueeze(-1) * modes.drive
     first = inputs[..., 0]

@@ -92,7 +92,7 @@ def solve(network: Network, time: Tensor, air: Tensor, start: Tensor | None = No
     step = torch.diff(time)
     if bool((step == step[:1]).all()):
         step = step[:1]  # the usual case; a weight a mode instead of one a sample
-    decay, phi_1, phi_2 = _weights(decay_rate.clamp_min(0.0).unsqueeze(-1) * step)
+    decay, phi_1, phi_2 = exponential_weights(decay_rate.clamp_min(0.0).unsqueeze(-1) * step)
     driven = step * ((phi_1 - phi_2) * force[..., :-1] + phi_2 * force[..., 1:])
     begin = _to_modes(modes, first * root) + torch.zeros_like(driven[..., 0])
     amplitude = torch.cat([begin.unsqueeze(-1), affine(decay, driven, begin)], dim=-1)
@@ -104,7 +104,7 @@ def _to_modes(modes: Tensor, value: Tensor) -> Tensor:
     return (modes.mT @ value.unsqueeze(-1)).squeeze(-1)
 
 
-def _weights(x: Tensor) -> tuple[Tensor, Tensor, Tensor]:
+def exponential_weights(x: Tensor) -> tuple[Tensor, Tensor, Tensor]:
     """e^(−x), φ1 and φ2 for x ≥ 0, by series where the closed form would cancel."""
     small = x < SERIES_BELOW
     safe = torch.where(small, torch.ones_like(x), x)
