@@ -8,6 +8,7 @@ VENV := .venv
 RUN := $(VENV)/bin/python
 PIP := $(RUN) -m pip --disable-pip-version-check -qq install -c constraints.txt
 STAMP := $(VENV)/.installed
+BENCH := $(VENV)/.installed-bench
 
 .DEFAULT_GOAL := help
 .PHONY: help install demo test check bench
@@ -29,7 +30,7 @@ check: install ## ruff and mypy
 	@$(RUN) -m ruff check .
 	@$(RUN) -m mypy
 
-bench: install ## the scripts in benchmarks/, one after another
+bench: $(BENCH) ## the scripts in benchmarks/, one after another; installs what they compare with
 	@for script in benchmarks/*.py; do echo; echo "== $$script"; $(RUN) "$$script" || exit 1; done
 
 # Some systems ship Python without ensurepip: there the environment is made bare, and the system's pip puts a pip into it.
@@ -42,3 +43,7 @@ $(STAMP): pyproject.toml constraints.txt
 	@$(PIP) --no-build-isolation -e '.[dev]'
 	@touch $@
 	@echo "install: done"
+
+$(BENCH): $(STAMP)
+	@$(PIP) --no-build-isolation -e '.[bench]'
+	@touch $@

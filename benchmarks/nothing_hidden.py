@@ -12,7 +12,7 @@ import torch
 
 from zoo.catalog import build, names
 from zoo.diagnosis.diagnose import diagnose
-from zoo.simulator.gyro_class import MEDIUM, TACTICAL
+from zoo.simulator.presets import MEDIUM, TACTICAL
 from zoo.simulator.in_process import as_run
 from zoo.simulator.simulate import simulate
 

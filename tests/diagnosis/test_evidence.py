@@ -12,7 +12,7 @@ import pytest
 import torch
 from torch import Generator
 
-from zoo.catalog import names
+from zoo.catalog import build, names
 from zoo.diagnosis.alike import indistinguishable
 from zoo.diagnosis.cross_validation import rms_by_run, segment_cost
 from zoo.diagnosis.screening import Screened, screen
@@ -20,6 +20,10 @@ from zoo.diagnosis.search import ACCEPT, Search, Step, Trial, posterior, what_he
 from zoo.diagnosis.structure import examine
 from zoo.fitting.projection import project
 from zoo.scoring.noise import NoiseModel
+
+ABSORBED = {"static_bias", "shupe", "mohr", "sensor_lag"}
+"""The base, and what it makes up for."""
+OF_THEIR_OWN = [name for name in names("effects") if name not in ABSORBED and not build("effects", name).needs_varied_reference]
 
 
 def trial(name: str, evidence: float) -> Trial:
@@ -127,7 +131,7 @@ def test_an_effect_is_distinguishable_from_what_looks_different(diagnosis) -> No
     assert indistinguishable(bench, base, final, ["magnetic", "supply_voltage", "bias_step", "polarization"]) == []
 
 
-@pytest.mark.parametrize("name", [one for one in names("effects") if one not in {"static_bias", "shupe", "mohr", "sensor_lag"}])
+@pytest.mark.parametrize("name", OF_THEIR_OWN)
 def test_an_effect_is_indistinguishable_from_its_own_double(diagnosis, monkeypatch, name) -> None:
     """Decided from the columns at hand, not from a list: another effect with the very same columns must be reported, wherever its shape lies."""
     found = diagnosis(name, 1, 12.0 if name == "hysteresis" else 3.5)

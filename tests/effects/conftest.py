@@ -49,7 +49,7 @@ def seen() -> Callable[..., History]:
         time = torch.arange(0, knots[-1][0] * 3600 + step_s / 2, step_s, dtype=torch.float64)
         earlier = [(max(0.0, hour - 1 / 12), value) for hour, value in knots[:-1]]
         outer = straight(time, (*earlier, knots[-1]))
-        table = {"reference": torch.full_like(time, 9.66)}
+        table = {"reference": 9.66 * torch.sin(time / 3000)}
         for name in effect.needs:
             table[name] = wandering(name, time) if inputs is None else torch.full_like(time, inputs[name])
         thermometers = torch.stack([straight(time, knots), outer], dim=-1)

@@ -20,6 +20,7 @@ COLUMN_SUFFIXES = ("_v", "_ut", "_pct", "_kpa")
 INTERIOR = (0.3, 0.45, 0.62)
 """Places between the bounds, away from either."""
 CONTINUOUS = [name for name in NAMES if any(one.scale != "index" for one in build("effects", name).shape)]
+SEEN = ("temperature", "rate", "gradient", "thermometer", "reference")
 STEEP = {"bias_step"}
 """Effects whose columns jump: two sampling grids see the jump's one sample differently."""
 
@@ -78,7 +79,7 @@ def test_its_parameters_are_declared_in_full(effect) -> None:
         if one.scale in {"log", "inverse"}:
             assert one.low > 0, f"{one.name}: no logarithm or inverse of 0"
     assert all(one.default == 0 and one.low == -one.high for one in effect.amplitudes), "off by default, of either sign"
-    assert all("unit" in one.unit for one in effect.amplitudes), "an amplitude carries the output's unit"
+    assert all("unit" in one.unit or "ppm" in one.unit for one in effect.amplitudes), "an amplitude carries the output's unit or is a share of it"
     assert effect.shape_value.tolist() == [one.default for one in effect.shape]
     assert effect.amplitude.tolist() == [0.0] * len(effect.amplitudes)
 
@@ -190,12 +191,21 @@ def test_the_future_changes_nothing(effect, seen) -> None:
     later = history.time > 6 * 3600
     changed = replace(
         history,
-        **{key: torch.where(later, getattr(history, key) + 7.0, getattr(history, key)) for key in ("temperature", "rate", "gradient", "thermometer")},
+        **{key: torch.where(later, getattr(history, key) + 7.0, getattr(history, key)) for key in SEEN},
         inputs={key: torch.where(later, value + 1.0, value) for key, value in history.inputs.items()},
     )
     for shape in shapes(effect):
         before, after = effect.columns(history, shape), effect.columns(changed, shape)
         torch.testing.assert_close(after[~later], before[~later], rtol=1e-12, atol=1e-12)
+
+
+def test_an_effect_of_the_true_input_says_so_and_is_nothing_at_rest(effect, seen) -> None:
+    history = seen(effect)
+    at_rest = replace(history, reference=torch.zeros_like(history.reference))
+    for shape in shapes(effect):
+        turning, resting = (effect.columns(one, shape) for one in (history, at_rest))
+        assert torch.equal(turning, resting) != effect.needs_varied_reference
+        assert not (effect.needs_varied_reference and bool(resting.any()))
 
 
 @pytest.mark.parametrize("name", CONTINUOUS)

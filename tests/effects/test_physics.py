@@ -250,3 +250,74 @@ def test_magnetic_grows_with_temperature_as_declared(seen) -> None:
     history = seen(effect, inputs={"field_ut": 50.0})
     columns = effect.columns(history, effect.shape_value)
     torch.testing.assert_close(columns[:, 1], 50.0 * (history.temperature - 20.0))
+
+
+# The true input
+
+
+def turned(effect: Effect, seen, rate: Tensor, celsius: float = 20.0) -> tuple[History, Tensor]:
+    """A history with as many samples as there are rates, all at one temperature, and its columns."""
+    history = seen(effect)
+    here = History(**{**vars(history), "temperature": torch.full_like(rate, celsius), "reference": rate})
+    return here, effect.columns(here, effect.shape_value.detach())
+
+
+def test_the_scale_factor_is_a_polynomial_about_20_degrees_times_the_input(seen) -> None:
+    effect = build("effects", "scale_factor")
+    history = seen(effect)
+    theta = history.temperature - 20.0
+    expected = 1e-6 * history.reference.unsqueeze(-1) * torch.stack([theta**k for k in range(3)], -1)
+    torch.testing.assert_close(effect.columns(history, effect.shape_value), expected)
+    _, columns = turned(effect, seen, torch.tensor([15.041], dtype=torch.float64), 80.0)
+    assert float(columns[0, 1]) * 400 == pytest.approx(0.361, abs=5e-4), "a source without a cooler, 60 K off, at Earth's rate [°/h]"
+
+
+@pytest.mark.parametrize("name", ["scale_factor", "scale_factor_nonlinearity"])
+def test_beside_a_constant_input_it_is_a_static_bias_at_the_same_place(name, seen) -> None:
+    effect, bias = build("effects", name), build("effects", "static_bias")
+    history = seen(effect)
+    steady = History(**{**vars(history), "reference": torch.full_like(history.time, 9.66)})
+    basis, columns = bias.columns(steady, bias.shape_value).detach(), effect.columns(steady, effect.shape_value)
+    scale = basis.abs().amax(0)
+    best = torch.linalg.lstsq(basis / scale, columns).solution
+    torch.testing.assert_close(basis / scale @ best, columns, rtol=0, atol=1e-12 * float(columns.abs().max()))
+
+
+def test_odd_columns_flip_with_the_input_and_the_even_one_does_not(seen) -> None:
+    for name, signs in (("scale_factor", (-1, -1, -1)), ("scale_factor_nonlinearity", (1, -1, -1))):
+        effect = build("effects", name)
+        rate = torch.linspace(-180, 180, 37, dtype=torch.float64)
+        _, columns = turned(effect, seen, rate, 45.0)
+        assert torch.equal(columns.flip(0), columns * torch.tensor(signs, dtype=torch.float64))
+
+
+SAGNAC_S, RATE, HALF_SPAN_K = 0.13, 3.0, 20.0
+"""Gain of a tactical coil, 160 m on 50 mm at 1310 nm [s]; largest rate [rad/s]; half a span of temperature [K]."""
+
+
+def test_an_open_loop_is_the_cubic_to_the_next_order_of_the_sine(seen) -> None:
+    """V0·sin(SΩ) with V0·S = 1 less Ω: −S²/6·Ω³, off by less than S⁴/120·Ω⁵, and by nearly that at full rate."""
+    effect = build("effects", "scale_factor_nonlinearity")
+    rate = torch.linspace(-RATE, RATE, 61, dtype=torch.float64)
+    effect.amplitude.data = torch.tensor([0.0, -1e6 * SAGNAC_S**2 / 6, 0.0], dtype=torch.float64)
+    history, _ = turned(effect, seen, rate)
+    off = torch.sin(SAGNAC_S * rate) / SAGNAC_S - rate - effect(history).detach()
+    next_order = SAGNAC_S**4 / 120 * rate**5
+    assert bool((off.abs() <= next_order.abs() + 1e-15).all())
+    torch.testing.assert_close(off, next_order, rtol=SAGNAC_S**2 * RATE**2 / 42, atol=1e-15)
+
+
+def test_a_warmer_open_loop_is_scale_factor_and_cubic_together(seen) -> None:
+    """(1 + vθ)·sin(S(1 + sθ)Ω)/S: slopes of v + s and of (v + 3s)·c3, but for terms of second order in temperature and of fifth in rate."""
+    v, s = -100e-6, -350e-6
+    rate = torch.linspace(-RATE, RATE, 61, dtype=torch.float64)
+    linear, cubic = build("effects", "scale_factor"), build("effects", "scale_factor_nonlinearity")
+    c3 = -1e6 * SAGNAC_S**2 / 6
+    linear.amplitude.data = torch.tensor([0.0, 1e6 * (v + s), 0.0], dtype=torch.float64)
+    cubic.amplitude.data = torch.tensor([0.0, c3, (v + 3 * s) * c3], dtype=torch.float64)
+    for theta in (-HALF_SPAN_K, HALF_SPAN_K):
+        modelled = sum(one(turned(one, seen, rate, 20.0 + theta)[0]).detach() for one in (linear, cubic))
+        true = (1 + v * theta) * torch.sin(SAGNAC_S * (1 + s * theta) * rate) / SAGNAC_S - rate
+        second_order, fifth_order = 2 * (v * theta) ** 2 + 4 * (s * theta) ** 2, SAGNAC_S**4 / 120 * RATE**4
+        assert float((modelled - true).abs().max()) < (second_order + fifth_order) * RATE
+        assert float((modelled - true).abs().max()) < 0.02 * float(true.abs().max())

@@ -8,6 +8,7 @@ import pytest
 import torch
 from torch import Tensor
 
+from zoo.physics import modes as modes_file
 from zoo.physics.modes import CHUNK, Modes, respond
 from zoo.physics.network import Network, solve
 
@@ -98,7 +99,50 @@ def test_gradients_are_those_of_finite_differences() -> None:
     rate = (1e-3 + modes.rate / 10).requires_grad_()
 
     def found(rate: Tensor, drive: Tensor, observe: Tensor, direct: Tensor) -> Tensor:
-        return respond(Modes(rate, drive, observe, direct), 20.0, inputs)[:, ::40]
+        return respond(Modes(rate, drive, observe, direct), 20.0, inputs)[:, ::10]
 
     given = (rate, *(value.clone().requires_grad_() for value in (modes.drive, modes.observe, modes.direct)))
     assert torch.autograd.gradcheck(found, given, rtol=1e-6, atol=1e-6, eps=1e-7 * math.sqrt(10))
+
+
+def test_a_mode_that_never_decays_counts_and_one_that_is_gone_at_once_follows() -> None:
+    rate = torch.tensor([0.0, 1e4], dtype=torch.float64)
+    modes = Modes(rate, torch.tensor([[1.0], [1e4]], dtype=torch.float64), torch.eye(2, dtype=torch.float64), torch.zeros(2, 1, dtype=torch.float64))
+    inputs, step = wander(1, 5 * CHUNK), 10.0
+    found = respond(modes, step, inputs, torch.tensor([3.0, 7.0], dtype=torch.float64))
+    counted = 3 + torch.nn.functional.pad(step * (inputs[0, 1:] + inputs[0, :-1]) / 2, (1, 0)).cumsum(0)
+    torch.testing.assert_close(found[0], counted, rtol=1e-12, atol=1e-10)
+    slope = torch.diff(inputs[0]) / step
+    torch.testing.assert_close(found[1, 1:], inputs[0, 1:] - slope / 1e4, rtol=0, atol=1e-12)
+    assert float(found[1, 0]) == 7.0
+
+
+@pytest.mark.parametrize("own_inputs", [True, False])
+def test_devices_in_turns_give_the_same_and_the_same_gradient(monkeypatch, own_inputs) -> None:
+    modes, inputs = drawn(2, 3), wander(2, 3, 2, 100) if own_inputs else wander(2, 100)
+    start = wander(3, 6)
+
+    def answer() -> tuple[Tensor, Tensor, Tensor]:
+        rate = modes.rate.clone().requires_grad_()
+        followed = respond(Modes(rate, modes.drive, modes.observe, modes.direct), 5.0, inputs, start)
+        followed.sin().sum().backward()
+        return respond(modes, 5.0, inputs, start), followed.detach(), rate.grad
+
+    whole = answer()
+    monkeypatch.setattr(modes_file, "STATES_AT_ONCE", 4 * 6 * 5)
+    monkeypatch.setattr(modes_file, "OUTPUTS_AT_ONCE", 2 * 3 * CHUNK * 5)
+    assert whole[0].is_contiguous()
+    for one, turn in zip(whole, answer(), strict=True):
+        torch.testing.assert_close(turn, one, rtol=1e-10, atol=1e-10)
+    torch.testing.assert_close(whole[0], whole[1], rtol=0, atol=0)
+
+
+def test_forward_derivatives_are_those_backward() -> None:
+    modes, inputs = drawn(modes=3, outputs=1), wander(2, 100)
+
+    def found(rate: Tensor) -> Tensor:
+        return respond(Modes(rate, modes.drive, modes.observe, modes.direct), 20.0, inputs)[0, ::10]
+
+    forward = torch.func.jvp(found, (modes.rate,), (torch.ones_like(modes.rate),))[1]
+    backward = torch.autograd.functional.jacobian(found, modes.rate).sum(-1)
+    torch.testing.assert_close(forward, backward, rtol=1e-10, atol=1e-10)

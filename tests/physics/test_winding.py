@@ -11,7 +11,7 @@ import torch
 from torch import Tensor
 
 from zoo.errors import InputError
-from zoo.physics.winding import CROSSOVER_FREE, PATTERNS, Coil, Winding, shupe_weight, wind
+from zoo.physics.winding import CROSSOVER_FREE, PATTERNS, Coil, Winding, balancing_trim, shupe_weight, wind
 from zoo.units import convert
 
 MEDIUM = Coil(layers=32, turns=48, diameter_m=0.1, layer_pitch_m=0.22e-3, turn_pitch_m=0.22e-3)
@@ -109,6 +109,25 @@ def test_neighbours_along_the_fibre_are_neighbours_in_the_coil() -> None:
     torch.testing.assert_close(steps, winding.length[mine][:, 1:], rtol=1e-9, atol=1e-9)
 
 
+@pytest.mark.parametrize("pattern", PATTERNS)
+def test_the_middle_of_the_fibre_is_one_place_in_the_coil(pattern) -> None:
+    """What A and what B lays first are neighbours: in one layer, or at the same flange in the next."""
+    winding = wind(coil(pattern))
+    if pattern == "cylindrical":
+        assert int(winding.supply.sum()) == 0, "A lays it all"
+        return
+    middle = float((winding.start + winding.length)[winding.supply == 0].max())
+    (last,) = torch.nonzero((winding.supply == 0) & ((winding.start + winding.length - middle).abs() < 1e-9)).tolist()
+    (first,) = torch.nonzero((winding.supply == 1) & ((winding.start - middle).abs() < 1e-9)).tolist()
+    assert sorted((abs(last[0] - first[0]), abs(last[1] - first[1]))) == [0, 1]
+
+
+def test_the_halves_of_the_crossover_free_coil_mirror_each_other() -> None:
+    """So that whatever is the same above and below makes nothing."""
+    weights = wind(coil(CROSSOVER_FREE)).weights()
+    torch.testing.assert_close(weights.flip(1), -weights, rtol=0, atol=1e-12 * float(weights.abs().max()))
+
+
 def test_the_crossover_free_coil_is_fragile_along_its_axis_alone() -> None:
     free, quad = wind(coil(CROSSOVER_FREE)), wind(coil("quadrupolar"))
     assert abs(dph(shupe_weight(free))) < 1e-6
@@ -127,6 +146,33 @@ def test_winding_errors_leave_every_coil_with_a_weight_of_its_own(turns) -> None
         assert float(found.mean()) == pytest.approx(dph(shupe_weight(wind(coil(pattern)))), abs=4 * spread[pattern] / math.sqrt(200))
     assert spread["quadrupolar"] == pytest.approx(0.2 * turns, rel=0.2)
     assert spread["octupolar"] == pytest.approx(spread["quadrupolar"], rel=0.25)
+
+
+@pytest.mark.parametrize("share", [0.3, 0.7, 0.95, 1.0])
+@pytest.mark.parametrize("pattern", ["dipolar", "quadrupolar", "octupolar"])
+def test_a_trim_takes_away_the_share_that_is_asked_for(pattern, share) -> None:
+    """Where the errors are small enough for one layer to make up for them."""
+    for seed in range(10):
+        errors = 0.3 * torch.randn(32, 2, generator=torch.Generator().manual_seed(seed), dtype=torch.float64)
+        before = shupe_weight(wind(coil(pattern), errors))
+        trim = balancing_trim(coil(pattern), errors, share)
+        assert shupe_weight(wind(coil(pattern), errors, trim)) == pytest.approx((1 - share) * before, abs=1e-3 * abs(before))
+        assert abs(trim) < math.pi * MEDIUM.diameter_m * MEDIUM.turns
+
+
+@pytest.mark.parametrize("pattern", ["cylindrical", "dipolar", "quadrupolar", CROSSOVER_FREE])
+def test_a_coil_beyond_trimming_is_trimmed_by_no_more_than_a_layer(pattern) -> None:
+    errors = 10 * torch.randn(32, 2, generator=torch.Generator().manual_seed(1), dtype=torch.float64)
+    trim = balancing_trim(coil(pattern), errors)
+    longest = 2 * math.pi * float(MEDIUM.radii[-1]) * MEDIUM.turns
+    assert abs(trim) < longest
+    trimmed = wind(coil(pattern), errors, trim)
+    assert abs(shupe_weight(trimmed)) < abs(shupe_weight(wind(coil(pattern), errors)))
+    assert trimmed.fibre_m == pytest.approx(wind(coil(pattern), errors).fibre_m - abs(trim))
+
+
+def test_a_trim_of_nothing_is_none() -> None:
+    assert balancing_trim(MEDIUM, None, 0.0) == pytest.approx(0.0, abs=1e-9)
 
 
 def test_trimming_cures_it() -> None:
@@ -158,5 +204,7 @@ def test_absurd_windings_are_refused() -> None:
     wrong: Tensor = torch.zeros(5)
     with pytest.raises(InputError, match=r"shape \(5,\); one a layer is needed \(32\)"):
         wind(MEDIUM, wrong)
+    with pytest.raises(InputError, match="-50 turns in a layer of 48"):
+        wind(MEDIUM, torch.full((32,), -50.0))
     with pytest.raises(InputError, match="more than a layer"):
         wind(MEDIUM, trimmed_m=100.0)

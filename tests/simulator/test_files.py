@@ -15,11 +15,14 @@ from zoo.catalog import build
 from zoo.cli.application import run as fogzoo
 from zoo.errors import InputError
 from zoo.measurements.read import read_runs
+from zoo.physics.winding import PATTERNS, shupe_weight
 from zoo.simulator.files import write
-from zoo.simulator.gyro_class import MEDIUM
 from zoo.simulator.in_process import as_run
+from zoo.simulator.presets import MEDIUM, PRESETS, gyro_class
 from zoo.simulator.profiles import legs
-from zoo.simulator.simulate import Simulation, simulate
+from zoo.simulator.simulate import simulate
+from zoo.simulator.simulation import Simulation
+from zoo.units import convert
 
 PROFILE = legs([[20, 20, 1800], [20, 50, 1800], [50, 50, 3630]])
 FILES = ["check.csv", "run_1.csv", "run_2.csv", "truth.json", "truth_1.csv", "truth_2.csv", "truth_check.csv"]
@@ -82,6 +85,52 @@ def small_hidden(catalogue: dict[str, Any]) -> Simulation:
     return simulate(MEDIUM, PROFILE, {"static_bias": build("effects", "static_bias")}, hidden=1, catalogue=catalogue, runs=1)
 
 
+def winding(tmp_path: Path, **changes: Any) -> tuple[Simulation, dict[str, Any]]:
+    """A gyro, and what truth.json says of its winding."""
+    effects = {name: build("effects", name) for name in ("shupe", "mohr")}
+    done = simulate(gyro_class(**{"name": "medium", **changes}), PROFILE, effects, runs=1, sample_s=30.0)
+    truth = json.loads((write(done, tmp_path) / "truth.json").read_text())
+    assert (truth["winding"]["layers"], truth["winding"]["turns"]) == (done.device.coil.layers, done.device.coil.turns)
+    assert truth["parameters"]["shupe"]["weight"]["value"] == truth["winding"]["shupe_weight"]["value"]
+    return done, truth["winding"]
+
+
+@pytest.mark.parametrize("pattern", [one for one in PATTERNS if one != "crossover_free"])
+def test_the_weight_in_the_truth_is_that_of_the_winding(tmp_path: Path, pattern: str) -> None:
+    for changes in ({"winding_error_turns": 0}, {}, {"trimmed": 0.8}):
+        done, said = winding(tmp_path, pattern=pattern, **changes)
+        assert said["pattern"] == pattern
+        assert said["shupe_weight"]["value"] == pytest.approx(convert(shupe_weight(done.device.winding), "rad_per_s", "dph"), rel=1e-12)
+
+
+@pytest.mark.parametrize("name", ["medium", "navigation", "qiu2023", "tong2019"])
+def test_the_strain_that_mohrs_effect_takes_is_small(tmp_path: Path, name: str) -> None:
+    """The outermost layer's coefficient is off by less than a third of the fibre's 9.4e-6 /K."""
+    assert name in PRESETS
+    for seed in range(3):
+        strain = winding(tmp_path / str(seed), name=name)[1]["strain_for_mohr"]
+        assert strain["unit"] == "1/K"
+        assert 1e-10 < abs(strain["value"]) < 9.4e-6 / 3
+
+
+def test_no_strain_is_said_of_a_coil_that_is_blind_to_it(tmp_path: Path) -> None:
+    effects = {name: build("effects", name) for name in ("shupe", "mohr")}
+    done = simulate(gyro_class("medium", pattern="crossover_free", winding_error_turns=0), PROFILE, effects, runs=1, sample_s=30.0)
+    said = json.loads((write(done, tmp_path) / "truth.json").read_text())["winding"]
+    assert "strain_for_mohr" not in said
+    assert abs(said["shupe_weight"]["value"]) < 1e-9
+
+
+def test_the_truth_says_how_it_was_recorded(tmp_path: Path) -> None:
+    done = small(thermometers=["air", "spool"], latitude_deg=45.0, axis="north", cold_start=True, heat="lumped", sample_s=30.0)
+    truth = json.loads((write(done, tmp_path) / "truth.json").read_text())
+    assert [one["place"] for one in truth["thermometers"]] == ["air", "spool"]
+    assert all(one["time_constant"]["unit"] == "s" and one["offset"]["unit"] == "K" for one in truth["thermometers"])
+    assert truth["settings"]["constant_rate"]["value"] == pytest.approx(15.041 / 2**0.5, abs=1e-3)
+    assert (truth["settings"]["cold_start"], truth["settings"]["heat"], truth["settings"]["sample_s"]["value"]) == (True, "lumped", 30.0)
+    assert truth["settings"]["chamber"]["lag_s"] == 120.0
+
+
 def test_runs_of_another_simulation_are_not_mixed_in(tmp_path: Path) -> None:
     write(small(runs=3), tmp_path)
     with pytest.raises(InputError, match=r"run_3\.csv"):
@@ -110,13 +159,17 @@ def test_the_verb(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     [
         *["runs=0", "runs=many", "sample_s=1e9", "hidden=nosuch", "gyro=big", "profile=nosuch", "profile.legs=[[20,-300,60]]", "profile.legs=20"],
         *["gyro.package_s=-1", "nosuch=1", "+gyro.nosuch=1", "noise.random_walk=-1", "+profile.nosuch=1", "effects=[nosuch]", "parameters=3"],
-        *["+parameters.mohr.coefficient=big", "gyro.effects=3"],
+        *["+parameters.mohr.coefficient=big", "gyro.effects=3", "gyro.conductivity=-1", "gyro.layers=0", "gyro.pattern=spiral", "gyro.trimmed=2"],
+        *["gyro.diameter_m=0.005", "heat=3d", "devices=0", "devices=two", "thermometers=[roof]", "thermometers=9", "latitude_deg=100"],
+        *["chamber.lag_s=-1", "chamber.overshoot=2", "chamber=nosuch", "cold_start=maybe", "amplitude=-1", "reference_dph=fast"],
     ],
 )
-def test_wrong_input_is_two_lines_and_code_2(tmp_path: Path, capsys: pytest.CaptureFixture[str], override: str) -> None:
+def test_wrong_input_is_two_lines_that_name_the_key_and_code_2(tmp_path: Path, capsys: pytest.CaptureFixture[str], override: str) -> None:
     code = fogzoo("simulate", ["profile=legs", override, f"hydra.run.dir={tmp_path}"])
     message = capsys.readouterr().err
     assert code == 2, message
-    assert len(message.strip().splitlines()) <= 2
+    assert 1 <= len(message.strip().splitlines()) <= 2
     assert "Traceback" not in message
-    assert not list(tmp_path.glob("*.csv"))
+    key, _, value = override.lstrip("+").partition("=")
+    assert key.rpartition(".")[2] in message or value.strip("[]") in message.replace(" ", "")
+    assert not list(tmp_path.rglob("*.csv"))

@@ -1,10 +1,13 @@
-"""The verb `simulate`: chamber runs of a gyro that does not exist, with the truth beside them."""
+"""The verb `simulate`: chamber runs of a device that does not exist, with the truth beside them."""
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
+from hydra.core.hydra_config import HydraConfig
+from hydra.types import RunMode
 from omegaconf import DictConfig, OmegaConf
 from rich.console import Console
 from rich.progress import track
@@ -13,11 +16,18 @@ from rich.table import Table
 from zoo.catalog import create, names
 from zoo.cli.effects import catalogue, chosen
 from zoo.cli.inputs import searchpath
+from zoo.errors import InputError, nearest
+from zoo.models.prediction import usable_device
+from zoo.simulator.accelerometer.fleet import accelerometer_fleet
+from zoo.simulator.accelerometer.preset import Accelerometer
 from zoo.simulator.files import write
 from zoo.simulator.settings import Settings
-from zoo.simulator.simulate import Simulation, simulate
+from zoo.simulator.simulate import fleet
+from zoo.simulator.simulated import Simulated
+from zoo.simulator.simulation import Simulation
+from zoo.units import symbol
 
-MANY_RUNS = 4
+MANY_RUNS, MANY_DEVICES = 4, 100_000
 
 
 def run(config: DictConfig, out: Path) -> Path:
@@ -33,35 +43,76 @@ def run(config: DictConfig, out: Path) -> Path:
     Raises:
         InputError: absurd input; names the key.
     """
-    settings = {key: config[key] for key in Settings.__dataclass_fields__}
-    simulation = simulate(
-        create(config.gyro),
-        create(config.profile),
-        chosen(config),
-        create(config.noise),
-        hidden=_plain(config.hidden),
-        catalogue=catalogue(config, names("effects", searchpath())) if config.hidden else None,
-        parameters=_plain(config.parameters),
-        **settings,
-    )
-    quiet = len(simulation.runs) < MANY_RUNS
-    write(simulation, out, track=iter if quiet else lambda runs: track(runs, description="writing"))
-    _print(simulation, out)
+    devices = config.devices
+    if isinstance(devices, bool) or not isinstance(devices, int) or not 1 <= devices <= MANY_DEVICES:
+        raise InputError(f"devices={devices}: a whole number from 1 to {MANY_DEVICES} is possible")
+    usable_device(config.torch_device)
+    simulations = _simulations(config)
+    if devices == 1:
+        simulation = next(simulations)
+        quiet = len(simulation.runs) < MANY_RUNS
+        write(simulation, out, track=iter if quiet else lambda runs: track(runs, description="writing"))
+        drawn = _drawn(config, simulation, out)
+        _print(simulation, drawn)
+    else:
+        for simulation in track(simulations, total=devices, description="devices"):
+            write(simulation, out / f"device_{simulation.seed:0{len(str(config.seed + devices - 1))}d}")
+        Console().print(f"{devices} {simulation.name} {simulation.kind}s, each with its truth.json", highlight=False)
     return out
+
+
+def _simulations(config: DictConfig) -> Iterator[Simulated]:
+    device = create(config.gyro)
+    settings = {key: _plain(config[key]) for key in (*Settings.__dataclass_fields__, "devices", "hidden", "parameters")}
+    asked = {**settings, "noise": create(config.noise), "chamber": create(config.chamber)}
+    if isinstance(device, Accelerometer):
+        return accelerometer_fleet(device, create(config.profile), chosen(config), **asked)
+    _check_sizes(config)
+    hideable = catalogue(config, names("effects", searchpath())) if config.hidden else None
+    return fleet(device, create(config.profile), chosen(config), catalogue=hideable, **asked)
+
+
+def _check_sizes(config: DictConfig) -> None:
+    known = names("effects", searchpath())
+    for name in config.gyro.get("effects") or {}:
+        if name not in known:
+            raise InputError(f"gyro.effects.{name}: {nearest(str(name), known)}")
+
+
+def _drawn(config: DictConfig, simulation: Simulated, out: Path) -> bool:
+    """Whether the page of pictures was written."""
+    wanted = config.pictures
+    if wanted is not None and not isinstance(wanted, bool):
+        raise InputError(f"pictures={wanted}: true, false, or null (where one gyro is simulated, and not in a sweep) is possible")
+    if wanted is None:
+        wanted = HydraConfig.get().mode is not RunMode.MULTIRUN
+    if not wanted or not isinstance(simulation, Simulation):
+        return False
+    # Brings matplotlib, which a sweep of gyros has no use for.
+    from zoo.report.truth.page import write_truth_page
+
+    write_truth_page(simulation, out)
+    return True
 
 
 def _plain(value: Any) -> Any:
     return OmegaConf.to_container(value) if OmegaConf.is_config(value) else value
 
 
-def _print(simulation: Simulation, out: Path) -> None:
-    table = Table("file", "rows", "hours", "chamber °C", "error RMS °/h", title=f"{simulation.device.name} gyro, seed {simulation.settings.seed}")
+def _print(simulation: Simulated, drawn: bool) -> None:
+    title = f"{simulation.name} {simulation.kind}, profile {HydraConfig.get().runtime.choices['profile']}, seed {simulation.seed}"
+    table = Table("file", "rows", "hours", "chamber °C", f"error std {symbol(simulation.unit)}", title=title)
     for one in [*simulation.runs, simulation.check]:
-        error = one.table["rate_dph"] - one.table["reference_dph"]
-        low, high = one.scenario.program.range_c
-        hours = one.scenario.program.seconds / 3600
-        table.add_row(f"{one.name}.csv", str(len(error)), f"{hours:.1f}", f"{low:g} … {high:g}", f"{error.std(correction=0):.4f}")
+        low, high = one.program.range_c
+        span = f"{low:g} … {high:g}" if low < high else f"{low:g}"
+        table.add_row(f"{one.name}.csv", str(len(one.error)), _hours(one.program.seconds), span, f"{one.error.std(correction=0):.4f}")
     console = Console()
     console.print(table)
     secret = f", and {len(simulation.hidden)} hidden" if simulation.hidden else ""
-    console.print(f"effects: {', '.join(simulation.present) or 'none'}{secret}; the truth is in truth.json and truth_*.csv", highlight=False)
+    truth = f"the truth is in truth.json and truth_*.csv{', its pictures in truth.html' if drawn else ''}"
+    console.print(f"effects: {', '.join(simulation.present) or 'none'}{secret}; {truth}", highlight=False, soft_wrap=True)
+
+
+def _hours(seconds: float) -> str:
+    hours = seconds / 3600
+    return f"{hours:.1f}" if hours >= 1 else f"{hours:.2g}"

@@ -9,6 +9,7 @@ from typing import Any
 from hydra.core.hydra_config import HydraConfig
 from omegaconf import DictConfig, OmegaConf
 from rich.console import Console
+from rich.markup import escape
 from rich.table import Table
 
 from zoo.artifacts import write_json
@@ -123,7 +124,7 @@ def _draw(out: Path, model: Model, runs: Sequence[Run]) -> None:
 
 def _print(metrics: dict[str, Any]) -> None:
     title = f"RMS of the error [{symbol(metrics['unit'])}], {metrics['average_s']:g} s means"
-    table = Table("run", "used for", "uncompensated", str(metrics["model"]), title=title)
+    table = Table("run", "used for", "uncompensated", str(metrics["model"]), title=escape(title))
     for use in ("runs", "check_runs"):
         for one in metrics[use]:
             table.add_row(one["run"], "fit" if use == "runs" else "check", f"{one['uncompensated']:.4g}", f"{one['rms']:.4g}")

@@ -117,7 +117,7 @@ def diagnose(runs: list[Run], effects: list[str], catalogue: dict[str, Effect], 
         "next_experiment": None,
         "unexplained": [_dependence(item) for item in (_unexplained(bench, found, structure) if verdict == "unknown" else [])],
         "parameters": fitted_parameters(found.final, runs[0].unit),
-        "not_tried": {name: list(effect.needs) for name, effect in catalogue.items() if name not in bench.available()},
+        "not_tried": {name: bench.lacking(name) for name in catalogue if name not in effects and bench.lacking(name)},
         "notes": [note for run in bench.runs for note in run.notes],
     }
     return Diagnosis(record, bench, found, structure)

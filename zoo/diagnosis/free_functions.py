@@ -44,6 +44,7 @@ def _quantities(bench: Workbench, solved: Solved) -> dict[str, Tensor]:
             "the size of the temperature rate, not its sign": here.rate.abs(),
             "the time since the run's start": here.time,
             "the highest temperature so far": torch.cummax(here.temperature, dim=-1).values,
+            "the true input": here.reference,
         }
         for words, values in {**found, **{f"the column {name}": column for name, column in here.inputs.items()}}.items():
             parts.setdefault(words, []).append(run.block_mean(values))

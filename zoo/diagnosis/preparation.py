@@ -16,13 +16,15 @@ CONSTANT_K = 0.5
 SMALLEST_SWING_K = 5.0
 FEWEST_BLOCKS = 60
 SAMPLES = 61
+VARIED = 0.01
+"""Range of the reference over its largest value above which it varies; below, what is proportional to it is a bias to 1 %."""
 
 
 def check_swing(runs: list[Run], effects: dict[str, Effect]) -> None:
     """Refuse runs that cannot determine the effects asked for, where one of them has to do with temperature.
 
     Raises:
-        InputError: constant temperature, too small a swing, too few blocks.
+        InputError: constant temperature, too small a swing, too few blocks or rows.
     """
     low = min(float(run.block_mean(run.temperature).min()) for run in runs)
     high = max(float(run.block_mean(run.temperature).max()) for run in runs)
@@ -40,9 +42,10 @@ def check_swing(runs: list[Run], effects: dict[str, Effect]) -> None:
         )
     blocks = sum(run.blocks for run in runs)
     if blocks < FEWEST_BLOCKS:
-        raise InputError(
-            f"{names}: {blocks} block means of {runs[0].average_s:g} s are too few to fit (at least {FEWEST_BLOCKS}); set data.average_s smaller"
-        )
+        rows = int(sum(run.count.sum() for run in runs))
+        few = f"{blocks} block means of {runs[0].average_s:g} s are too few to fit (at least {FEWEST_BLOCKS})"
+        none = f"no data.average_s helps, there are only {rows} rows: give more runs, or record longer or more often"
+        raise InputError(f"{names}: {few}; {'set data.average_s smaller' if rows >= FEWEST_BLOCKS else none}")
 
 
 def _goes_with_temperature(effect: Effect) -> bool:
@@ -51,10 +54,16 @@ def _goes_with_temperature(effect: Effect) -> bool:
     still, input_value = torch.zeros_like(time), torch.linspace(0.0, 1.0, SAMPLES, dtype=torch.float64)
     inputs = dict.fromkeys(effect.needs, input_value)
     ramp = torch.linspace(0.0, 30.0, SAMPLES, dtype=torch.float64)
-    hold = History(time, still, still, still, still, still, inputs, 1)
+    hold = History(time, still, still, still, still, input_value, inputs, 1)
     moved = replace(hold, temperature=ramp, rate=torch.full_like(time, 0.5), gradient=torch.full_like(time, 2.0), thermometer=ramp)
     with torch.no_grad():
         return not torch.equal(*(effect.columns(one, effect.shape_value) for one in (hold, moved)))
+
+
+def reference_varies(runs: list[Run]) -> bool:
+    """Whether the true input differs between the blocks of these runs, so that what is proportional to it can be told from a bias."""
+    values = torch.cat([run.block_mean(run.table[:, -1]) for run in runs])
+    return bool(values.max() - values.min() > VARIED * values.abs().max())
 
 
 def without_spikes(runs: list[Run]) -> list[Run]:

@@ -11,6 +11,7 @@ import torch
 from torch import Tensor
 
 from zoo.diagnosis.noise_likelihood import START, Likely, NoiseMixtures, Place
+from zoo.diagnosis.preparation import reference_varies
 from zoo.effects.base import Effect
 from zoo.effects.bounds import to_unit
 from zoo.fitting.design import Design, coarse_starts, starts_in_motion
@@ -23,6 +24,7 @@ from zoo.scoring.noise import NoiseModel, Whitener
 
 FAR = 1.5
 """RMS of a residual over the white noise above which a base is taken to have its coil in the wrong place."""
+VARIED_REFERENCE = "a reference that changes"
 COARSE, FINE = 1e-3, 1e-4
 """Tolerance of the fit of a candidate, which decides by evidence of 5 and more, and of a model that is kept."""
 
@@ -95,13 +97,21 @@ class Workbench:
         self.inputs = list(runs[0].columns)
         self.whitener = Whitener(noise, mixtures.runs)
         self.in_motion = any(starts_in_motion(run) for run in runs)
+        self.varied_reference = reference_varies(runs)
         self.span_s = max(float(run.time[-1] - run.time[0]) for run in runs)
         self.blocks = sum(run.blocks for run in runs)
         self._solved: dict[frozenset[str], Solved] = {}
 
     def available(self) -> list[str]:
-        """Names of the effects whose needed columns the runs have."""
-        return [name for name, effect in self.effects.items() if all(column in self.inputs for column in effect.needs)]
+        """Names of the effects that the runs can show."""
+        return [name for name in self.effects if not self.lacking(name)]
+
+    def lacking(self, name: str) -> list[str]:
+        """What an effect would need that the runs do not have: its columns, or a reference that changes."""
+        effect = self.effects[name]
+        if any(column not in self.inputs for column in effect.needs):
+            return list(effect.needs)
+        return [VARIED_REFERENCE] if effect.needs_varied_reference and not self.varied_reference else []
 
     def shapes(self, name: str) -> Tensor:
         """(G, S) physical shapes of an effect to start searches from."""

@@ -55,7 +55,8 @@ class Coil:
             if not 0 < getattr(self, key) < math.inf:
                 raise InputError(f"coil.{key}={getattr(self, key)}: a number above 0 is possible")
         if self.layers * self.layer_pitch_m >= self.diameter_m:
-            raise InputError(f"coil: {self.layers} layers of {self.layer_pitch_m:g} m do not fit into a mean diameter of {self.diameter_m:g} m")
+            layers = f"{self.layers} layers of {self.layer_pitch_m:g} m"
+            raise InputError(f"coil.diameter_m={self.diameter_m:g}: {layers} do not fit into a mean diameter of {self.diameter_m:g} m")
         if self.pattern not in PATTERNS:
             raise InputError(f"coil.pattern='{self.pattern}': {nearest(self.pattern, PATTERNS)}")
 
@@ -129,7 +130,7 @@ def wind(coil: Coil, errors: Tensor | None = None, trimmed_m: float = 0.0) -> Wi
         trimmed_m: fibre cut off at the end of A (negative: of B) to move the optical middle [m].
 
     Raises:
-        InputError: errors of another shape, or a trim longer than a layer.
+        InputError: errors of another shape or larger than a layer, or a trim longer than one.
     """
     share = _errors(coil, errors)
     supply = _supplies(coil)
@@ -157,6 +158,20 @@ def shupe_weight(winding: Winding) -> float:
     return float((winding.weights().sum(1) * profile).sum()) / 60.0
 
 
+def balancing_trim(coil: Coil, errors: Tensor | None, share: float = 1.0) -> float:
+    """Fibre to cut off, as in `wind`, that takes away a share of C_w [m]; as much as one layer's where that does not suffice.
+
+    Raises:
+        InputError: see `wind`.
+    """
+    most = 2 * math.pi * float(coil.radii[-1]) * coil.turns * 0.999
+    weight, trim = shupe_weight(wind(coil, errors)), 0.0
+    wanted, slope = (1 - share) * weight, (shupe_weight(wind(coil, errors, min(1.0, most))) - weight) / min(1.0, most)
+    for _ in range(3):  # all but linear in the trim
+        trim = max(-most, min(most, trim + (wanted - shupe_weight(wind(coil, errors, trim))) / slope))
+    return trim
+
+
 def _supplies(coil: Coil) -> Tensor:
     """(layers, turns) 0 for A, 1 for B."""
     if coil.pattern == CROSSOVER_FREE:
@@ -177,7 +192,7 @@ def _order(coil: Coil, supply: Tensor) -> Tensor:
             mine = places[supply[layer] == which]
             if len(mine) == 0:
                 continue
-            forward = laid[which] % 2 == 0
+            forward = laid[which] % 2 == (which == 0 and coil.pattern == CROSSOVER_FREE)  # both begin in the middle between the flanges
             order[layer, mine if forward else mine.flip(0)] = layer * coil.turns + torch.arange(len(mine))
             laid[which] += 1
     return order
@@ -189,4 +204,7 @@ def _errors(coil: Coil, errors: Tensor | None) -> Tensor:
         return torch.zeros(coil.layers, 2, dtype=torch.float64)
     if errors.shape not in {(coil.layers,), (coil.layers, 2)}:
         raise InputError(f"coil: winding errors of shape {tuple(errors.shape)}; one a layer is needed ({coil.layers})")
-    return (errors if errors.dim() == 2 else errors.unsqueeze(1).expand(-1, 2)).double() / coil.turns
+    share = (errors if errors.dim() == 2 else errors.unsqueeze(1).expand(-1, 2)).double() / coil.turns
+    if not bool((share > -1).all()):
+        raise InputError(f"coil: a winding error of {float(errors.min()):.3g} turns in a layer of {coil.turns}; a layer has to have some fibre")
+    return share

@@ -4,11 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from datetime import datetime
-from importlib.resources import files
 from pathlib import Path
 from typing import Any
-
-from markupsafe import Markup, escape
 
 from zoo import __version__
 from zoo.artifacts import write_text
@@ -16,6 +13,7 @@ from zoo.report import tables
 from zoo.report.drawings import drawn, ladder_drawing, program_drawing, run_drawings, shades
 from zoo.report.floors import Floors, multiple
 from zoo.report.notes import merged
+from zoo.report.template import filled
 from zoo.report.trace import Trace, rms
 from zoo.report.verdict import Record, ladder, missing, rms_after, unexplained, unfitted, verdict_of
 from zoo.report.wording import DIAGNOSED, REFINED, Scale, finite, joined, significant
@@ -38,19 +36,7 @@ def write_report(path: str | Path, diagnosis: Record, traces: list[Trace], refin
 
 def render(diagnosis: Record, traces: list[Trace], refinement: Record | None = None, commands: Sequence[str] = ()) -> str:
     """The page as text, see `write_report`."""
-    from jinja2 import Environment, FunctionLoader, StrictUndefined
-
-    folder = files("zoo.report")
-    loader = FunctionLoader(lambda name: folder.joinpath(name).read_text(encoding="utf-8"))
-    environment = Environment(loader=loader, autoescape=True, undefined=StrictUndefined, trim_blocks=True, lstrip_blocks=True)
-    environment.filters["breakable"] = _breakable
-    page: str = environment.get_template("template.html.j2").render(_context(diagnosis, traces, refinement, list(commands)))
-    return page
-
-
-def _breakable(name: str) -> Markup:
-    """A name that a narrow column breaks after an underscore rather than anywhere."""
-    return Markup(str(escape(name)).replace("_", "_<wbr>"))
+    return filled("template.html.j2", _context(diagnosis, traces, refinement, list(commands)))
 
 
 def scale_of(diagnosis: Record, refinement: Record | None = None) -> Scale:

@@ -13,6 +13,7 @@ from zoo.effects.base import Effect, Parameter, physical_value
 from zoo.effects.shupe import Shupe
 from zoo.errors import InputError, nearest
 from zoo.simulator.device import Device
+from zoo.simulator.heat import column_weight
 from zoo.simulator.streams import Span, sign, stream, uniform
 
 # Leading amplitude, and how large the others may be relative to it. Engineering priors at 60 K from the reference; fringes of any phase.
@@ -22,6 +23,8 @@ RATIOS: dict[str, tuple[str, dict[str, float]]] = {
     "rate_temperature_coupling": ("slope", {"curvature": 0.3 / 60}),
     "polarization": ("cosine", {"sine": 1.0, "cosine_2": 0.3, "sine_2": 0.3}),
     "magnetic": ("sensitivity", {"slope": 0.0015}),
+    "scale_factor": ("slope", {"offset": 20.0, "curvature": 0.3 / 60}),
+    "scale_factor_nonlinearity": ("cubic", {"cubic_slope": 0.002}),
 }
 # Shapes that show within hours and within the tens of kelvins of a program; the effects' own bounds are wider.
 VISIBLE = {
@@ -83,23 +86,24 @@ def _visible(name: str, parameter: Parameter, scene: Scene, generator: torch.Gen
     return min(value, max(width / 6, parameter.low)) if key == ("hysteresis", "width") else value
 
 
-def draw_amplitude(name: str, effect: Effect, device: Device, seed: int) -> Tensor | None:
-    """(K,) amplitudes [output's unit per unit of the column] from the spread of the gyro's class.
+def draw_amplitude(name: str, effect: Effect, device: Device) -> Tensor | None:
+    """(K,) amplitudes [output's unit per unit of the column] from the spread of the gyro's class; Shupe's is that of the gyro's winding.
 
     Args:
         name: the effect's.
         effect: declares the amplitudes.
         device: the gyro.
-        seed: the user's.
 
     Returns:
         None where the class does not know the effect.
     """
-    if name not in device.effects:
+    if isinstance(effect, Shupe) and name not in device.gyro.effects:
+        return torch.tensor([column_weight(device)], dtype=torch.float64)
+    if name not in device.gyro.effects:
         return None
     leading, ratios = RATIOS.get(name, (effect.amplitudes[0].name, {}))
-    low, high = device.effects[name]
-    generator = stream(seed, "amplitude", name)
+    low, high = device.gyro.effects[name]
+    generator = stream(device.seed, "amplitude", name)
     size = sign(generator) * Span(low, high, "").draw(generator)
     others = {one.name: size * ratios.get(one.name, 0.0) * (2 * uniform(generator) - 1) for one in effect.amplitudes}
     return torch.tensor([size if one.name == leading else others[one.name] for one in effect.amplitudes], dtype=torch.float64)

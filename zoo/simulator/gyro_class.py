@@ -4,168 +4,160 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass, field, fields, replace
 from typing import Any
 
 from zoo.errors import InputError, nearest
+from zoo.physics.winding import PATTERNS
 from zoo.simulator.streams import Span
 
 
 @dataclass(frozen=True)
 class GyroClass:
-    """What gyros of one class have in common: the spread of what differs from one to the next.
-
-    Spreads of noise, heat paths, thermometers and effects are engineering priors from published gyros; masses and contacts likewise.
+    """What gyros of one class have in common: their design, and the spread of what differs from one to the next.
 
     Attributes:
         name: the class.
-        diameter_m: mean diameter of the coil.
-        radial_m: radial thickness of the winding.
-        height_m: axial height of the winding.
-        conductivity: of the winding, across the fibre.
+        layers: of the winding.
+        turns: in a layer.
+        pattern: of the winding.
+        diameter_m: mean diameter of the winding.
+        layer_pitch_m: from layer to layer.
+        turn_pitch_m: from turn to turn.
+        winding_error_turns: standard deviation of the fibre that a layer has too much.
+        trimmed: share of the winding's sensitivity to radial flow that was trimmed away at its ends.
+        index: n of the fibre.
+        thermo_optic_per_k: dn/dT + n·α.
+        glass_fraction: share of the glass in the winding's volume.
+        glue_conductivity: of coating and glue.
+        conductivity: of the winding, across the fibre; as glass and glue make it where 0.
         heat_capacity: of the winding, by volume.
         housing_j_per_k: heat capacity of housing and electronics.
         spool_j_per_k: heat capacity of the spool.
         package_s: time constant of the whole gyro against the air.
         mount_s: time constant of spool and coil against the housing.
-        contact: between winding and spool.
-        gap: between winding and housing, through the air.
-        self_heating_k: how much hotter than the air the electronics make the gyro.
+        contact: between the winding's inner face and lower flange, and the spool.
+        top_contact: between the winding and the upper flange; as the lower one where 0.
+        gap: between the winding's outer face and the housing, through the air.
+        self_heating_k: how much hotter than the air the electronics make the housing.
+        power_at_spool: share of their heat that is released at the spool, beneath the coil.
         sensor_s: time constant of a thermometer.
         sensor_offset_c: error of a thermometer.
-        bend: how much the winding's weight grows towards its faces, on top of a straight line.
-        random_walk: N.
+        sensor_heating_k: by how much a thermometer warms itself.
+        random_walk: N at 20 °C.
+        cold_loss_db: light lost at −40 °C against 20 °C.
         flicker: B.
         rate_random_walk: K.
         effects: spread of each effect's leading amplitude by the effect's name, in the output's unit.
+        fixed: parameters of effects that are the same in all gyros of the class, by effect and parameter.
     """
 
     name: str
+    layers: int
+    turns: int
+    pattern: str
     diameter_m: Span
-    radial_m: Span
-    height_m: Span
+    layer_pitch_m: Span
+    turn_pitch_m: Span
     housing_j_per_k: Span
     spool_j_per_k: Span
     package_s: Span
-    self_heating_k: Span
     random_walk: Span
     flicker: Span
     rate_random_walk: Span
     effects: Mapping[str, tuple[float, float]]
+    winding_error_turns: Span
+    trimmed: Span
+    index: Span
+    thermo_optic_per_k: Span
+    glass_fraction: Span
+    glue_conductivity: Span
     conductivity: Span
     heat_capacity: Span
     mount_s: Span
     contact: Span
+    top_contact: Span
     gap: Span
+    self_heating_k: Span
+    power_at_spool: Span
     sensor_s: Span
     sensor_offset_c: Span
-    bend: Span
+    sensor_heating_k: Span
+    cold_loss_db: Span
+    fixed: Mapping[str, Mapping[str, float]] = field(default_factory=dict)
 
 
-MEDIUM = GyroClass(
-    name="medium",
-    diameter_m=Span(0.07, 0.12, "m"),
-    radial_m=Span(0.007, 0.011, "m"),
-    height_m=Span(0.010, 0.018, "m"),
-    housing_j_per_k=Span(400.0, 900.0, "J/K"),
-    spool_j_per_k=Span(60.0, 150.0, "J/K"),
-    package_s=Span(600.0, 2400.0, "s"),
-    conductivity=Span(0.28, 0.32, "W/m/K"),
-    heat_capacity=Span(1.6e6, 1.8e6, "J/m^3/K"),
-    mount_s=Span(40.0, 160.0, "s"),
-    contact=Span(100.0, 500.0, "W/m^2/K"),
-    gap=Span(5.0, 30.0, "W/m^2/K"),
-    sensor_s=Span(10.0, 120.0, "s"),
-    sensor_offset_c=Span(-0.3, 0.3, "K", log=False),
-    bend=Span(-0.5, 1.0, "1", log=False),
-    self_heating_k=Span(3.0, 12.0, "K"),
-    random_walk=Span(0.002, 0.01, "°/√h"),
-    flicker=Span(0.003, 0.02, "°/h"),
-    rate_random_walk=Span(0.001, 0.01, "°/h/√h"),
-    effects={
-        "static_bias": (5e-4, 5e-3),
-        "shupe": (0.05, 0.6),
-        "mohr": (0.02, 0.3),
-        "rate_temperature_coupling": (1e-4, 3e-3),
-        "sensor_lag": (5e-4, 5e-3),
-        "hysteresis": (0.002, 0.02),
-        "polarization": (0.002, 0.03),
-        "warm_up": (0.02, 0.3),
-        "aging": (0.005, 0.05),
-        "bias_step": (0.005, 0.05),
-        "magnetic": (2e-4, 5e-3),
-        "supply_voltage": (0.02, 0.4),
-    },
-)
-TACTICAL = replace(
-    MEDIUM,
-    name="tactical",
-    diameter_m=Span(0.03, 0.06, "m"),
-    radial_m=Span(0.004, 0.008, "m"),
-    height_m=Span(0.006, 0.012, "m"),
-    housing_j_per_k=Span(80.0, 250.0, "J/K"),
-    spool_j_per_k=Span(10.0, 40.0, "J/K"),
-    package_s=Span(180.0, 900.0, "s"),
-    self_heating_k=Span(3.0, 12.0, "K"),
-    random_walk=Span(0.01, 0.05, "°/√h"),
-    flicker=Span(0.05, 0.3, "°/h"),
-    rate_random_walk=Span(0.01, 0.1, "°/h/√h"),
-    effects={
-        "static_bias": (0.01, 0.1),
-        "shupe": (0.05, 2.0),
-        "mohr": (0.1, 2.0),
-        "rate_temperature_coupling": (1e-3, 2e-2),
-        "sensor_lag": (0.01, 0.1),
-        "hysteresis": (0.05, 0.5),
-        "polarization": (0.02, 0.5),
-        "warm_up": (0.3, 3.0),
-        "aging": (0.05, 0.5),
-        "bias_step": (0.05, 0.5),
-        "magnetic": (5e-3, 5e-2),
-        "supply_voltage": (0.4, 8.0),
-    },
-)
-CLASSES = {one.name: one for one in (MEDIUM, TACTICAL)}
-SPANS = tuple(one.name for one in fields(GyroClass) if one.name not in {"name", "effects"})
+DESIGN = ("layers", "turns", "pattern")
+SPANS = tuple(one.name for one in fields(GyroClass) if one.name not in {"name", "effects", "fixed", *DESIGN})
+MOST_TURNS = 1000
 # What is not named here has to be above 0.
-LEAST = {"random_walk": 0.0, "flicker": 0.0, "rate_random_walk": 0.0, "self_heating_k": 0.0, "sensor_offset_c": -100.0, "bend": -1.0}
+LEAST = {
+    "random_walk": 0.0,
+    "flicker": 0.0,
+    "rate_random_walk": 0.0,
+    "cold_loss_db": 0.0,
+    "self_heating_k": 0.0,
+    "power_at_spool": 0.0,
+    "sensor_offset_c": -100.0,
+    "sensor_heating_k": 0.0,
+    "winding_error_turns": 0.0,
+    "trimmed": 0.0,
+    "conductivity": 0.0,
+    "top_contact": 0.0,
+}
+MOST = {"glass_fraction": 1.0, "trimmed": 1.0, "power_at_spool": 1.0}
 
 
-def gyro_class(name: str, effects: Mapping[str, Any] | None = None, **changes: Any) -> GyroClass:
+def changed(base: GyroClass, effects: Mapping[str, Any] | None = None, **changes: Any) -> GyroClass:
     """A class of gyros with some spreads changed, as a YAML in conf/gyro writes it.
 
     Args:
-        name: ``"medium"`` or ``"tactical"``.
+        base: the class.
         effects: leading amplitudes to change, a number or [low, high] by the effect's name.
         **changes: parameters to change; None leaves the class's spread, a number fixes, [low, high] spreads.
 
     Raises:
-        InputError: unknown class or parameter, or a spread that is none.
+        InputError: an unknown parameter, a spread that is none, a value that cannot be.
     """
-    if name not in CLASSES:
-        raise InputError(f"gyro.name='{name}': {nearest(name, CLASSES)}")
-    base = CLASSES[name]
-    unknown = [key for key in changes if key not in SPANS]
+    known = (*DESIGN, *SPANS)
+    unknown = [key for key in changes if key not in known]
     if unknown:
-        raise InputError(f"unknown key 'gyro.{unknown[0]}': {nearest(unknown[0], SPANS)}")
-    spans = {key: replace(getattr(base, key), **_spread(f"gyro.{key}", value)) for key, value in changes.items() if value is not None}
-    sizes = {key: _spread(f"gyro.effects.{key}", value) for key, value in (effects or {}).items()}
-    return replace(base, **spans, effects={**base.effects, **{key: (size["low"], size["high"]) for key, size in sizes.items()}})
+        raise InputError(f"unknown key 'gyro.{unknown[0]}': {nearest(unknown[0], known)}")
+    asked = {key: value for key, value in changes.items() if value is not None}
+    if not isinstance(effects or {}, Mapping):
+        raise InputError(f"gyro.effects={effects}: effect: number or [low, high] is expected")
+    sizes = {key: _ends(f"gyro.effects.{key}", value) for key, value in (effects or {}).items()}
+    own: dict[str, Any] = {key: _span(getattr(base, key), key, value) if key in SPANS else _design(key, value) for key, value in asked.items()}
+    return replace(base, **own, effects={**base.effects, **sizes})
 
 
-def _spread(key: str, value: Any) -> dict[str, float]:
+def _design(key: str, value: Any) -> Any:
+    """Layers and turns as whole numbers, the pattern by its name."""
+    if key == "pattern":
+        if value not in PATTERNS:
+            raise InputError(f"gyro.pattern={value}: {nearest(str(value), PATTERNS)}")
+        return value
+    if isinstance(value, bool) or not isinstance(value, int) or not 1 <= value <= MOST_TURNS:
+        raise InputError(f"gyro.{key}={value}: a whole number from 1 to {MOST_TURNS} is possible")
+    return value
+
+
+def _span(base: Span, key: str, value: Any) -> Span:
+    low, high = _ends(f"gyro.{key}", value)
+    least, most = LEAST.get(key), MOST.get(key, math.inf)
+    if least is not None and low < least:
+        raise InputError(f"gyro.{key}: {low:g} is too small; {least:g} and more is possible")
+    if least is None and low <= 0:
+        raise InputError(f"gyro.{key}: {low:g} is too small; a value above 0 is expected")
+    if high > most:
+        raise InputError(f"gyro.{key}: {high:g} is too large; at most {most:g} is possible")
+    return replace(base, low=low, high=high, source="given")
+
+
+def _ends(key: str, value: Any) -> tuple[float, float]:
     ends = [value, value] if isinstance(value, (int, float)) else value
     if isinstance(ends, str) or not isinstance(ends, Sequence) or len(ends) != 2:
         raise InputError(f"{key}={value}: a number or [low, high] is expected")
     if not all(isinstance(end, (int, float)) and math.isfinite(end) for end in ends) or ends[0] > ends[1]:
         raise InputError(f"{key}={value}: finite numbers with low <= high are expected")
-    _check_low(key, ends[0])
-    return {"low": float(ends[0]), "high": float(ends[1])}
-
-
-def _check_low(key: str, low: float) -> None:
-    parameter = key.removeprefix("gyro.")
-    if parameter in LEAST and low < LEAST[parameter]:
-        raise InputError(f"{key}: {low:g} is too small; {LEAST[parameter]:g} and more is possible")
-    if parameter in SPANS and parameter not in LEAST and low <= 0:
-        raise InputError(f"{key}: {low:g} is too small; a value above 0 is expected")
+    return float(ends[0]), float(ends[1])

@@ -1,105 +1,197 @@
-"""A gyro as a heat network: housing, the layers of the winding from outside to inside, spool."""
+"""Heat in simulated gyros: housing, spool and winding, many devices of one design at once."""
 
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import torch
 from torch import Tensor
 
-from zoo.physics.network import Network, rates, solve
-from zoo.simulator.device import Device
+from zoo.errors import InputError, nearest
+from zoo.physics.conduction import FIDELITIES, Pack
+from zoo.physics.lumps import Lumps
+from zoo.physics.modes import Modes, respond
+from zoo.physics.system import System, Watched, modes
+from zoo.physics.winding import Winding, shupe_weight
+from zoo.simulator.device import Device, stacked
 
-LAYERS = 12
 SECONDS_PER_MINUTE = 60.0
+HOUSING, SPOOL = 0, 1
+TOUCHES = (SPOOL, HOUSING, SPOOL, SPOOL)
+FREE_LAYERS = 2.0
+"""Depth in layers within which the free surface lets the outermost fibre expand differently, which makes Mohr's effect."""
+SMALLEST = 1e-9
+"""A coil's weight that counts as nothing, relative to that of a coil wound straight through."""
 
 
 @dataclass(frozen=True, eq=False)
 class Heat:
-    """Temperatures of one run.
+    """Temperatures of one run in B devices.
 
     Attributes:
-        air: (T,) [°C].
-        nodes: (T, N) housing, layers from outside to inside, spool [°C].
-        rates: (T, N) their derivatives [K/min].
+        air: (T,) or (B, T) [°C].
+        housing: (B, T) [°C].
+        spool: (B, T) [°C].
+        coil: (B, T) mean over the fibre [°C].
+        inner: (B, T) the innermost layer [°C].
+        outer: (B, T) the outermost layer [°C].
+        housing_rate: (B, T) [K/min].
+        coil_rate: (B, T) [K/min].
+        shupe: (B, T) rates through the winding's weights, for C_w = 1 [K/min].
+        mohr: (B, T) the same where the fibre's thermo-optic coefficient differs in the outermost layers, for C_M = 1 [K/min].
     """
 
     air: Tensor
-    nodes: Tensor
-    rates: Tensor
-
-    @property
-    def housing(self) -> Tensor:
-        """(T,) [°C]."""
-        return self.nodes[:, 0]
-
-    @property
-    def spool(self) -> Tensor:
-        """(T,) [°C]."""
-        return self.nodes[:, -1]
-
-    @property
-    def coil(self) -> Tensor:
-        """(T,) mean over the winding [°C]."""
-        return self.nodes[:, 1:-1].mean(1)
-
-    @property
-    def coil_rate(self) -> Tensor:
-        """(T,) its derivative [K/min]."""
-        return self.rates[:, 1:-1].mean(1)
+    housing: Tensor
+    spool: Tensor
+    coil: Tensor
+    inner: Tensor
+    outer: Tensor
+    housing_rate: Tensor
+    coil_rate: Tensor
+    shupe: Tensor
+    mohr: Tensor
 
 
-def network(device: Device) -> Network:
-    """The gyro's heat network
+WATCHED = ("housing", "spool", "coil", "inner", "outer", "housing_rate", "coil_rate", "shupe", "mohr")
+RATES = ("housing_rate", "coil_rate", "shupe", "mohr")
 
-    The winding is cut into layers of equal thickness. A layer touches its neighbours through k·A/Δr, and through its two ends the flanges of the
-    spool: a slab of height h heated from both faces has, for its mean temperature, the resistance h/(12·k·A), plus that of the contact.
-    The innermost layer touches the spool's barrel, the outermost faces the housing through air.
+
+def body(devices: Sequence[Device], like: Tensor) -> tuple[Pack, Lumps]:
+    """The winding and what is around it.
+
+    Args:
+        devices: B of one design.
+        like: says where and in which precision to compute.
     """
-    barrel = math.pi * device["diameter_m"] * device["height_m"]
-    ring = math.pi * device["diameter_m"] * device["radial_m"] / LAYERS
-    thickness = device["radial_m"] / LAYERS
-    layer = device["heat_capacity"] * ring * device["height_m"]
-    flange = ring / (device["height_m"] / (12 * device["conductivity"]) + 1 / (2 * device["contact"]))
-    inside = LAYERS * layer + device["spool_j_per_k"]
-    capacity = torch.tensor([device["housing_j_per_k"], *[layer] * LAYERS, device["spool_j_per_k"]], dtype=torch.float64)
-    link = torch.zeros(LAYERS + 2, LAYERS + 2, dtype=torch.float64)
-    for place in range(1, LAYERS):
-        link[place, place + 1] = device["conductivity"] * barrel / thickness
-    link[1:-1, -1] = flange
-    link[0, 1] = barrel / (1 / device["gap"] + thickness / 2 / device["conductivity"])
-    link[LAYERS, -1] += barrel / (1 / device["contact"] + thickness / 2 / device["conductivity"])
-    link[0, -1] = inside / device["mount_s"]
-    air, power = torch.zeros_like(capacity), torch.zeros_like(capacity)
-    air[0] = capacity.sum() / device["package_s"]
-    power[0] = air[0] * device["self_heating_k"]
-    return Network(capacity, link + link.mT, air, power)
+    first = devices[0].gyro
+    own = {key: stacked(devices, key, like) for key in devices[0].values}
+    films = torch.stack([own["contact"], own["gap"], own["contact"], torch.where(own["top_contact"] > 0, own["top_contact"], own["contact"])], -1)
+    inner = (own["diameter_m"] - first.layers * own["layer_pitch_m"]) / 2
+    conductivity = torch.tensor([device.conductivity for device in devices], dtype=like.dtype, device=like.device)
+    pitches = (own["layer_pitch_m"], own["turn_pitch_m"])
+    pack = Pack(first.layers, first.turns, inner, *pitches, conductivity, own["heat_capacity"], films, TOUCHES)
+    winding = own["heat_capacity"] * pack.across.volume.sum(-1) * own["turn_pitch_m"] * first.turns
+    inside = winding + own["spool_j_per_k"]
+    to_air = (inside + own["housing_j_per_k"]) / own["package_s"]
+    mount = inside / own["mount_s"]
+    nothing = torch.zeros_like(mount)
+    link = torch.stack([torch.stack([nothing, mount], -1), torch.stack([mount, nothing], -1)], -1)
+    capacity = torch.stack([own["housing_j_per_k"], own["spool_j_per_k"]], -1)
+    ambient = torch.stack([to_air, nothing], -1).unsqueeze(-1)
+    power = (to_air * own["self_heating_k"]).unsqueeze(-1) * torch.stack([1 - own["power_at_spool"], own["power_at_spool"]], -1)
+    return pack, Lumps(capacity, link, ambient, power)
 
 
-def heat(device: Device, time: Tensor, air: Tensor, cold_start: bool = False) -> Heat:
-    """Temperatures of one run.
+def system(devices: Sequence[Device], fidelity: str, like: Tensor) -> System:
+    """The devices as one batched linear system.
+
+    Args:
+        devices: B of one design.
+        fidelity: one of `FIDELITIES`.
+        like: says where and in which precision to compute.
+
+    Raises:
+        InputError: no such fidelity.
+    """
+    if fidelity not in FIDELITIES:
+        raise InputError(f"heat={fidelity}: {nearest(str(fidelity), FIDELITIES)}")
+    return FIDELITIES[fidelity](*body(devices, like))
+
+
+def heat(
+    devices: Sequence[Device], time: Tensor, air: Tensor, cold_start: bool = False, fidelity: str = "radial", soaked_c: float | None = None
+) -> Heat:
+    """Temperatures of one run, exact for air that is linear between samples.
+
+    Args:
+        devices: B of one design.
+        time: (T,) evenly spaced [s].
+        air: (T,) or (B, T) [°C].
+        cold_start: switched on at the first sample; otherwise long before.
+        fidelity: one of `FIDELITIES`.
+        soaked_c: air in which the gyro was before [°C]; None for the first of `air`.
+    """
+    found = modes(system(devices, fidelity, time), watched(devices, time))
+    step = float(time[1] - time[0]) if len(time) > 1 else 1.0
+    before = air[..., :1] if soaked_c is None else torch.full_like(air[..., :1], soaked_c)
+    seen = powered(found, step, air.unsqueeze(-2), before, cold_start)
+    parts = {name: seen[..., place, :] * (SECONDS_PER_MINUTE if name in RATES else 1.0) for place, name in enumerate(WATCHED)}
+    return Heat(air, **parts)
+
+
+def powered(found: Modes, step_s: float, air: Tensor, before: Tensor, cold_start: bool) -> Tensor:
+    """(..., O, T) response to the air with the power on: the rise after an infinite time, less what a cold start lacks of it."""
+    warmed = found.drive[..., -1] / found.rate
+    air_only = Modes(found.rate, found.drive[..., :-1], found.observe, found.direct[..., :-1])
+    soaked = (air_only.drive @ before.unsqueeze(-1)).squeeze(-1) / found.rate
+    start = soaked - warmed if cold_start else soaked
+    rise = found.observe @ warmed.unsqueeze(-1) + found.direct[..., -1:]
+    return respond(air_only, step_s, air, start) + rise
+
+
+def watched(devices: Sequence[Device], like: Tensor) -> Watched:
+    """What is asked of the heat, in the order of `WATCHED`."""
+    gyro = devices[0].gyro
+    lumps = torch.zeros(len(WATCHED), 2, dtype=like.dtype, device=like.device)
+    for name, lump in (("housing", HOUSING), ("spool", SPOOL), ("housing_rate", HOUSING)):
+        lumps[WATCHED.index(name), lump] = 1.0
+    each = torch.stack([_of_turns(device) for device in devices]).to(like)
+    turns = torch.zeros(len(devices), len(WATCHED), gyro.layers, gyro.turns, dtype=like.dtype, device=like.device)
+    turns[:, [WATCHED.index(name) for name in ("coil", "coil_rate", "shupe", "mohr")]] = each[:, [0, 0, 1, 2]]
+    turns[:, WATCHED.index("inner"), 0] = 1 / gyro.turns
+    turns[:, WATCHED.index("outer"), -1] = 1 / gyro.turns
+    return Watched(lumps, turns, tuple(name in RATES for name in WATCHED))
+
+
+def _of_turns(device: Device) -> Tensor:
+    """(3, layers, turns) weights of the mean over the fibre, of Shupe's effect for C_w = 1 and of Mohr's for C_M = 1.
+
+    Mohr's are Shupe's, as strong as each layer's coefficient is off; scaled by their sum. A coil that is blind to one of them keeps its own weights.
+    """
+    winding = device.winding
+    mean = winding.length / winding.length.sum()
+    weights = winding.weights()
+    free, uneven = weights * _freedom(device), _unevenness(device)
+    return torch.stack([mean, weights / (_sensitivity(winding) * SECONDS_PER_MINUTE), free / uneven if uneven else mean])
+
+
+def _sensitivity(winding: Winding) -> float:
+    """What Shupe's column is multiplied by: C_w, or what all turns do together where the coil is blind to radial flow [rad/s per K/min]."""
+    radial, scale = shupe_weight(winding), float(winding.weights().abs().sum()) / SECONDS_PER_MINUTE
+    return radial if abs(radial) > SMALLEST * scale else scale or 1.0
+
+
+def _unevenness(device: Device) -> float:
+    """Mohr's effect of an outermost layer whose coefficient is twice the others', 0 where the coil is blind to it [rad/s per K/s]."""
+    weights = device.winding.weights()
+    uneven = float((weights * _freedom(device)).sum())
+    return uneven if abs(uneven) > SMALLEST * float(weights.abs().sum()) else 0.0
+
+
+def coil_weight(device: Device) -> float:
+    """C_w of the device's winding, the effect of rates that differ by 1 K/min between its faces [°/h]."""
+    return math.degrees(shupe_weight(device.winding)) * 3600
+
+
+def column_weight(device: Device) -> float:
+    """What Shupe's column of the device is multiplied by [(°/h)/(K/min)]: C_w, unless the coil is blind to radial flow."""
+    return math.degrees(_sensitivity(device.winding)) * 3600
+
+
+def strain_per_k(device: Device, coefficient: float) -> float | None:
+    """By how much the outermost layer's coefficient dn/dT + n·α has to be off for Mohr's effect to be this large [1/K]; None for a blind coil.
 
     Args:
         device: the gyro.
-        time: (T,) [s].
-        air: (T,) [°C].
-        cold_start: switched on at the first sample; otherwise long before.
+        coefficient: C_M [(°/h)/(K/min)].
     """
-    body = network(device)
-    nodes = solve(body, time, air, start=air[:1].expand(LAYERS + 2) if cold_start else None)
-    return Heat(air, nodes, rates(body, nodes, air) * SECONDS_PER_MINUTE)
+    full = math.degrees(_unevenness(device)) * 3600 / SECONDS_PER_MINUTE
+    return coefficient / full * device["thermo_optic_per_k"] if full else None
 
 
-def weights(bend: float) -> Tensor:
-    """(LAYERS,) share of each layer in Shupe's effect, from outside to inside.
-
-    ∫(L − 2s) ds = 0 makes them odd about the winding's middle, so that a uniform rate gives nothing. Scaled so that a rate that falls linearly
-    from the outer to the inner face, by 1 K/min, gives 1 (C_w, the winding's weight).
-
-    Args:
-        bend: how much more than linearly they grow towards the faces; −1 … 2 is sensible.
-    """
-    place = 0.5 - (torch.arange(LAYERS, dtype=torch.float64) + 0.5) / LAYERS
-    raw = place * (1 + bend * (2 * place) ** 2)
-    return raw / (raw * place).sum()
+def _freedom(device: Device) -> Tensor:
+    """(layers, 1) how far each layer's coefficient is off, 1 for the outermost."""
+    return torch.exp(-torch.arange(device.gyro.layers, dtype=torch.float64).flip(0) / FREE_LAYERS).unsqueeze(-1)

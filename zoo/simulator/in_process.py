@@ -7,7 +7,7 @@ from torch import Tensor
 
 from zoo.measurements.recording import FINE_PER_BLOCK
 from zoo.measurements.run import Run
-from zoo.simulator.simulate import Recorded
+from zoo.simulator.recorded import Recorded
 
 OUTPUTS = ("rate_dph", "reference_dph")
 

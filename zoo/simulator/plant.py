@@ -1,78 +1,108 @@
-"""What happens in the gyro during one run, before any instrument looks at it."""
+"""What happens in gyros during one run, before any instrument looks at it."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, fields, replace
 
 import torch
 from torch import Tensor
 
 from zoo.effects.base import Effect, History
+from zoo.effects.mohr import Mohr
 from zoo.effects.shupe import Shupe
+from zoo.simulator.chamber import Chamber
 from zoo.simulator.device import Device
-from zoo.simulator.heat import Heat, heat, weights
+from zoo.simulator.heat import Heat, heat
 from zoo.simulator.inputs import recorded_inputs
 from zoo.simulator.program import Program
+from zoo.simulator.settings import Settings
+from zoo.simulator.streams import stream
 
 
 @dataclass(frozen=True, eq=False)
 class Scenario:
-    """One run's true state.
+    """One run's true state in B devices of one design.
 
     Attributes:
         label: number of the run, counted from 1, or ``"check"``.
         program: what the chamber was asked for.
         time: (T,) [s].
+        devices: B gyros.
         heat: temperatures.
-        places: the history at ``"coil"`` and ``"housing"``.
-        layer_bend: shape of the winding's weights.
+        reference: (T,) true rate [°/h].
+        inputs: recorded inputs by column, each (B, T).
+        fan: (T,) share of the chamber's fan in the output [°/h].
+        places: where the thermometers sit.
+        sample_s: from row to row [s].
     """
 
     label: int | str
     program: Program
     time: Tensor
+    devices: tuple[Device, ...]
     heat: Heat
-    places: dict[str, History]
-    layer_bend: float
+    reference: Tensor
+    inputs: dict[str, Tensor]
+    fan: Tensor
+    places: tuple[str, ...]
+    sample_s: float
 
-    @property
-    def inputs(self) -> dict[str, Tensor]:
-        """Recorded inputs by column, each (T,)."""
-        return self.places["coil"].inputs
+    def history(self, place: str) -> History:
+        """What an effect sees that lives at ``"coil"`` or ``"housing"``."""
+        body = self.heat
+        # The check run is none of the numbered ones: what happened once, in one of those, does not happen in it.
+        rest = (body.spool, self.reference, self.inputs, self.label if isinstance(self.label, int) else -1)
+        if place == "coil":
+            return History(self.time, body.coil, body.coil_rate, body.housing - body.coil, *rest)
+        return History(self.time, body.housing, body.housing_rate, body.air - body.housing, *rest)
 
     def columns(self, effect: Effect, shape: Tensor) -> Tensor:
-        """(T, K) columns of an effect at the true temperatures of its place.
+        """(B, T, K) columns of an effect at the true temperatures of its place, for shapes (B, S).
 
-        Shupe's effect has its own: the rates of the layers [K/min] through the winding's weights, where the effect in a model knows only the
-        coil's mean temperature.
+        Shupe's and Mohr's effect are integrals over the winding here, where a model knows only the coil's mean temperature.
         """
-        if isinstance(effect, Shupe):
-            return (self.heat.rates[:, 1:-1] @ weights(self.layer_bend)).unsqueeze(-1)
-        return effect.columns(self.places[effect.place], shape)
+        if isinstance(effect, Shupe | Mohr):
+            return (self.heat.shupe if isinstance(effect, Shupe) else self.heat.mohr).unsqueeze(-1)
+        columns = effect.columns(self.history(effect.place), shape.to(self.time))
+        return columns.expand(len(self.devices), *columns.shape[-2:])
+
+    def of(self, which: Sequence[int]) -> Scenario:
+        """The same run in some of the devices."""
+        if list(which) == list(range(len(self.devices))):
+            return self
+        places = list(which)
+        body = {one.name: getattr(self.heat, one.name) for one in fields(Heat)}
+        chosen = Heat(**{name: value[places] if value.dim() > 1 else value for name, value in body.items()})
+        inputs = {name: value[places] for name, value in self.inputs.items()}
+        return replace(self, devices=tuple(self.devices[place] for place in places), heat=chosen, inputs=inputs)
 
 
-def scenario(
-    device: Device, program: Program, label: int | str, seed: int, sample_s: float, chamber_s: float, cold_start: bool, reference: float
-) -> Scenario:
+def scenario(devices: Sequence[Device], program: Program, label: int | str, chamber: Chamber, settings: Settings) -> Scenario:
     """Run a chamber program.
 
     Args:
-        device: the gyro.
+        devices: B gyros of one design; each has the chamber to itself.
         program: what the chamber is asked for.
         label: number of the run, or ``"check"``.
-        seed: the user's.
-        sample_s: sampling step [s].
-        chamber_s: time constant of the chamber's air [s].
-        cold_start: switched on at the first sample; otherwise long before.
-        reference: true input [output's unit].
+        chamber: how its air follows.
+        settings: how the run is recorded.
     """
-    time = torch.arange(int(program.seconds / sample_s + 1e-9) + 1, dtype=torch.float64) * sample_s
-    air = program.air(time, chamber_s)
-    body = heat(device, time, air, cold_start)
-    inputs = recorded_inputs(time, sample_s, seed, label)
-    # The check run is none of the numbered ones: what happened once, in one of those, does not happen in it.
-    number = label if isinstance(label, int) else -1
-    rest = (body.spool, torch.full_like(time, reference), inputs, number)
-    coil = History(time, body.coil, body.coil_rate, body.housing - body.coil, *rest)
-    housing = History(time, body.housing, body.rates[:, 0], air - body.housing, *rest)
-    return Scenario(label, program, time, body, {"coil": coil, "housing": housing}, device["bend"])
+    count = int(program.seconds / settings.sample_s + 1e-9) + 1
+    clock = torch.arange(count, dtype=torch.float64) * settings.sample_s
+    time = clock.to(settings.torch_device)
+    air = torch.stack([chamber.air(program, clock, stream(device.seed, "chamber", label)) for device in devices]).to(time)
+    alike = air[:1].expand_as(air).equal(air)
+    inputs = [recorded_inputs(clock, settings.sample_s, device.seed, label) for device in devices]
+    return Scenario(
+        label=label,
+        program=program,
+        time=time,
+        devices=tuple(devices),
+        heat=heat(devices, time, air[0] if alike else air, settings.cold_start, settings.heat, float(program.asked(clock[:1]))),
+        reference=(settings.constant_rate + program.rate(clock, settings.sample_s)).to(time),
+        inputs={name: torch.stack([one[name] for one in inputs]).to(time) for name in inputs[0]},
+        fan=(chamber.fan_dph * chamber.fan_on(program, clock)).to(time),
+        places=settings.places,
+        sample_s=settings.sample_s,
+    )

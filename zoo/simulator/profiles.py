@@ -7,26 +7,31 @@ from collections.abc import Iterator, Sequence
 from itertools import pairwise
 
 from zoo.errors import InputError
-from zoo.simulator.program import Campaign, Program
+from zoo.simulator.program import LEG, Campaign, Program
+from zoo.units import convert
 
 SECONDS_PER_MINUTE = 60.0
+LEGS_A_PERIOD = 96
+Rows = Sequence[Sequence[float]]
 
 
-def legs(legs: Sequence[Sequence[float]], check: Sequence[Sequence[float]] | None = None) -> Campaign:
+def legs(legs: Rows, check: Rows | None = None, rates: Rows = (), check_rates: Rows = ()) -> Campaign:
     """The same legs in every run.
 
     Args:
         legs: [[from °C, to °C, seconds], …].
-        check: legs of the check run; where None, `legs` backwards.
+        check: legs of the check run; where None, `legs` and `rates` backwards.
+        rates: [[°/s, seconds], …] of a rate table, which stands still afterwards.
+        check_rates: those of the check run, where `check` is given.
 
     Raises:
         InputError: see `Program`.
     """
-    program = _program(legs, "profile.legs")
-    return Campaign((program,), _program(check, "profile.check") if check is not None else program.reversed())
+    program = _program(legs, rates, ("profile.legs", "profile.rates"))
+    return Campaign((program,), program.reversed() if check is None else _program(check, check_rates, ("profile.check", "profile.check_rates")))
 
 
-def tour(start_c: float, stops: Sequence[Sequence[float]], start_s: float = 3600.0) -> Campaign:
+def tour(start_c: float, stops: Rows, start_s: float = 3600.0) -> Campaign:
     """From stop to stop, each with its own rate, the same in every run; the check run goes backwards.
 
     Args:
@@ -77,9 +82,27 @@ def cycle(low_c: float, high_c: float, start_c: float, k_per_min: float, hold_s:
     Raises:
         InputError: fewer than one cycle; see `tour`.
     """
-    if not (isinstance(cycles, int) and 1 <= cycles <= 1000):
-        raise InputError(f"profile.cycles={cycles}: 1 to 1000 is possible")
+    _check_cycles(cycles)
     return tour(start_c, [(high_c, k_per_min, hold_s), (low_c, k_per_min, hold_s), (start_c, k_per_min, hold_s)] * cycles, hold_s)
+
+
+def sine(mean_c: float, amplitude_k: float, period_s: float, cycles: int = 1, start_s: float = 3600.0) -> Campaign:
+    """A sine of the set point in 96 straight legs a period, off by 5.4e-4 of the amplitude at most; the check run goes backwards.
+
+    Args:
+        mean_c: first and mean temperature [°C].
+        amplitude_k: above and below it [K].
+        period_s: of one cycle [s].
+        cycles: how often.
+        start_s: hold at the start [s].
+
+    Raises:
+        InputError: not 1 to 1000 cycles; see `Program`.
+    """
+    _check_cycles(cycles)
+    swing = [mean_c + amplitude_k * math.sin(2 * math.pi * (place % LEGS_A_PERIOD) / LEGS_A_PERIOD) for place in range(LEGS_A_PERIOD * cycles + 1)]
+    program = Program((*_toured(mean_c, (), start_s), *((*ends, period_s / LEGS_A_PERIOD) for ends in pairwise(swing))))
+    return Campaign((program,), program.reversed())
 
 
 def campaign(runs: Sequence[Campaign], check: Campaign) -> Campaign:
@@ -94,16 +117,27 @@ def campaign(runs: Sequence[Campaign], check: Campaign) -> Campaign:
     """
     if not runs:
         raise InputError("profile.runs is empty; name at least one profile")
-    return Campaign(tuple(one.runs[0] for one in runs), check.runs[0])
+    return Campaign(tuple(one.of(1) for one in runs), check.of(1))
 
 
-def _program(legs: Sequence[Sequence[float]], key: str) -> Program:
-    if isinstance(legs, str) or not isinstance(legs, Sequence) or not all(isinstance(leg, Sequence) and not isinstance(leg, str) for leg in legs):
-        raise InputError(f"{key}={legs}: a list of [from °C, to °C, seconds] is expected, such as [[20,20,3600],[20,60,2400]]")
-    return Program(tuple((*leg,) for leg in legs))  # type: ignore[misc]
+def _check_cycles(cycles: int) -> None:
+    if not (isinstance(cycles, int) and 1 <= cycles <= 1000):
+        raise InputError(f"profile.cycles={cycles}: 1 to 1000 is possible")
 
 
-def _toured(start_c: float, stops: Sequence[Sequence[float]], start_s: float) -> Iterator[tuple[float, float, float]]:
+def _program(legs: Rows, rates: Rows, keys: tuple[str, str]) -> Program:
+    _check_rows(legs, keys[0], LEG, "[[20,20,3600],[20,60,2400]]")
+    _check_rows(rates, keys[1], "[°/s, seconds]", "[[-10,600],[10,600]]")
+    turns = ((convert(rate, "dps", "dph") if isinstance(rate, (int, float)) else rate, *rest) for rate, *rest in rates)
+    return Program(tuple((*leg,) for leg in legs), tuple(turns))  # type: ignore[arg-type, misc]
+
+
+def _check_rows(rows: Rows, key: str, row: str, such_as: str) -> None:
+    if not isinstance(rows, Sequence) or not all(isinstance(one, Sequence) and not isinstance(one, str) and len(one) > 0 for one in rows):
+        raise InputError(f"{key}={rows}: a list of {row} is expected, such as {such_as}")
+
+
+def _toured(start_c: float, stops: Rows, start_s: float) -> Iterator[tuple[float, float, float]]:
     for stop in stops:
         if len(stop) != 3 or stop[1] <= 0 or stop[2] < 0:
             raise InputError(f"stop {list(stop)} of the program: [to °C, K/min > 0, seconds of hold >= 0] is expected")

@@ -3,13 +3,18 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 
-from zoo.errors import InputError
+from zoo.errors import InputError, nearest
+from zoo.physics.conduction import FIDELITIES
+from zoo.simulator.earth import earth_rate
 from zoo.simulator.program import Campaign
 
 MOST_RUNS = 1000
 MOST_ROWS = 1_000_000
+PLACES = ("spool", "housing", "inner_layer", "outer_layer", "air")
+"""Where a thermometer can sit."""
 
 
 @dataclass(frozen=True)
@@ -20,21 +25,27 @@ class Settings:
         runs: how many runs to record, besides the check run.
         seed: which gyro and which chance.
         sample_s: time between rows [s]; every row is a mean over it.
-        thermometers: 1 (at the spool) or 2 (also at the housing).
-        chamber_s: time constant of the chamber's air behind its controller [s].
+        thermometers: how many of the first `PLACES` have one, or their names, the main one first.
+        heat: fidelity of the winding's heat, ``lumped``, ``radial`` or ``radial_axial``.
         cold_start: switched on at the first row; otherwise long before.
-        reference_dph: true rate [°/h].
-        amplitude: RMS of each hidden effect over the runs, about its mean [°/h]; None draws it.
+        reference_dph: true rate besides the Earth's and the table's [°/h].
+        latitude_deg: of the laboratory; None leaves the Earth's rate out.
+        axis: where the input axis points, see `zoo.simulator.earth`.
+        amplitude: RMS of each hidden effect over the runs, beyond what the other effects could take up [°/h]; None draws it.
+        torch_device: where the heat and the effects are computed.
     """
 
     runs: int = 3
     seed: int = 1
     sample_s: float = 10.0
-    thermometers: int = 2
-    chamber_s: float = 120.0
+    thermometers: int | Sequence[str] = 2
+    heat: str = "radial"
     cold_start: bool = False
     reference_dph: float = 0.0
+    latitude_deg: float | None = None
+    axis: str | Sequence[float] = "up"
     amplitude: float | None = None
+    torch_device: str = "cpu"
 
     def __post_init__(self) -> None:
         """Check every number.
@@ -45,12 +56,30 @@ class Settings:
         _whole("runs", self.runs, 1, MOST_RUNS)
         _whole("seed", self.seed, 0, 2**63 - 1)
         _number("sample_s", self.sample_s, 1e-6, math.inf)
-        _number("chamber_s", self.chamber_s, 0.0, 1e6)
         _number("reference_dph", self.reference_dph, -1e9, 1e9)
         if not isinstance(self.cold_start, bool):
             raise InputError(f"cold_start={self.cold_start}: true or false is possible")
         if self.amplitude is not None:
             _number("amplitude", self.amplitude, 0.0, 1e9)
+        if self.heat not in FIDELITIES:
+            raise InputError(f"heat={self.heat}: {nearest(str(self.heat), FIDELITIES)}")
+        _ = self.places, self.constant_rate
+
+    @property
+    def places(self) -> tuple[str, ...]:
+        """Where the thermometers sit."""
+        asked = self.thermometers
+        if isinstance(asked, int) and not isinstance(asked, bool) and 1 <= asked <= len(PLACES):
+            return PLACES[:asked]
+        if isinstance(asked, Sequence) and asked and not isinstance(asked, str) and len(set(asked)) == len(asked) and set(asked) <= set(PLACES):
+            return tuple(asked)
+        raise InputError(f"thermometers={asked}: 1 to {len(PLACES)}, or a list of {', '.join(PLACES)}, are possible")
+
+    @property
+    def constant_rate(self) -> float:
+        """What turns all the time: the reference and the Earth's share [°/h]."""
+        earth = earth_rate(0.0 if self.latitude_deg is None else self.latitude_deg, self.axis)
+        return self.reference_dph + (0.0 if self.latitude_deg is None else earth)
 
     def check_programs(self, campaign: Campaign) -> None:
         """Refuse a step that does not fit into the programs.

@@ -17,11 +17,13 @@ from zoo.simulator.streams import stream, uniform
 
 BLOCK_S = 100.0
 LEAST_NOISES, MOST_NOISES = 1.0, 4.0
+LEAST_VISIBLE = 0.02
+"""Smallest share of a hidden effect, by RMS, that counts as visible: one that the others could take up is made no more than fifty times larger."""
 
 
 @dataclass(frozen=True, eq=False)
 class Share:
-    """One effect with the numbers it has in this gyro.
+    """One effect with the numbers it has in one gyro.
 
     Attributes:
         effect: its columns.
@@ -35,10 +37,6 @@ class Share:
     amplitude: Tensor
     rms: float
 
-    def __call__(self, run: Scenario) -> Tensor:
-        """(T,) its part of the error in one run [output's unit]."""
-        return run.columns(self.effect, self.shape) @ self.amplitude
-
     def parameters(self) -> dict[str, tuple[float, str]]:
         """Every parameter's value and unit."""
         shapes = zip(shape_parameters(self.effect), self.shape.tolist(), strict=True)
@@ -46,50 +44,87 @@ class Share:
         return {one.name: (value, one.unit.replace("unit", "°/h")) for one, value in (*shapes, *sizes)}
 
 
+@dataclass(frozen=True, eq=False)
+class Drawing:
+    """How the parameters of an effect are drawn.
+
+    Attributes:
+        given: the user's own values by effect and parameter.
+        rms: what each hidden effect should add beyond the others [output's unit]; None: 1 to 4 times the white noise of 100 s means.
+    """
+
+    given: Mapping[str, Mapping[str, float]]
+    rms: float | None
+
+
+def contribution(run: Scenario, shares: Sequence[Share]) -> Tensor:
+    """(B, T) an effect's part of the error in one run [output's unit], for its share in each of the run's devices."""
+    shape, amplitude = (torch.stack([getattr(one, key) for one in shares]).to(run.time) for key in ("shape", "amplitude"))
+    return (run.columns(shares[0].effect, shape) @ amplitude.unsqueeze(-1)).squeeze(-1)
+
+
 def white_block_noise(device: Device) -> float:
     """White noise of 100 s means [°/h], 60·N/√100; the device's own N, also where the noise is off."""
     return float(60.0 * device["random_walk"] / BLOCK_S**0.5)
 
 
-def share(
-    name: str, effect: Effect, device: Device, runs: Sequence[Scenario], seed: int, given: Mapping[str, float], rms: float | None, hidden: bool
-) -> Share:
-    """Draw an effect's parameters.
+def draw_shares(name: str, effect: Effect, runs: Sequence[Scenario], drawing: Drawing, beside: Tensor | None = None) -> list[Share]:
+    """An effect's share in each of B devices.
 
     An effect that is present gets amplitudes from the spread of the gyro's class. A hidden one, or one that the class has no numbers for, is
-    scaled so that what it adds over the fitted runs has a given RMS about its mean; a constant would only look like another bias.
+    scaled by what of it stays visible over the fitted runs: what the columns of the others cannot take up.
 
     Args:
         name: the effect's.
         effect: its columns.
-        device: the gyro.
-        runs: the runs that will be fitted.
-        seed: the user's.
-        given: the user's own values by parameter; with one of the amplitudes given nothing is scaled.
-        rms: RMS wanted [output's unit]; None draws between one and four times the white noise of 100 s means.
-        hidden: whether it is to be scaled in any case.
+        runs: the runs that will be fitted, all with the same B devices.
+        drawing: what the user asked for.
+        beside: (B, T, M) columns of the effects that are present, over all runs; None for one that is present itself.
 
     Raises:
         InputError: see `given_values`; an effect that is to be scaled and leaves no trace in these runs.
     """
-    scene = Scene(len(runs), min(float(run.time[-1]) for run in runs), *_range(runs))
-    shape = given_values(draw_shape(name, effect, scene, seed), shape_parameters(effect), given, name)
-    columns = torch.cat([run.columns(effect, shape) for run in runs])
-    columns = columns - columns.mean(0)
-    known = draw_amplitude(name, effect, device, seed)
-    raw = draw_direction(name, columns.square().mean(0).sqrt(), seed) if known is None else known
+    devices, given = runs[0].devices, drawing.given.get(name, {})
+    scenes = [Scene(len(runs), min(float(run.time[-1]) for run in runs), *_range(runs, row)) for row in range(len(devices))]
+    shapes = [_shape(name, effect, device, scene, given) for device, scene in zip(devices, scenes, strict=True)]
+    columns = torch.cat([run.columns(effect, torch.stack(shapes)) for run in runs], dim=-2).cpu()
+    columns = columns - columns.mean(-2, keepdim=True)
+    shares = []
+    for row, (device, shape) in enumerate(zip(devices, shapes, strict=True)):
+        amplitude, size, free = _amplitude(name, effect, device, columns[row], given)
+        if (beside is not None or free) and not any(one.name in given for one in effect.amplitudes):
+            wanted = white_block_noise(device) * _noises(name, device.seed) if drawing.rms is None else drawing.rms
+            if size <= 1e-9 * float(amplitude.norm()):
+                raise InputError(f"effect '{name}' leaves no trace in these runs; choose a profile that moves or turns, or give parameters.{name}")
+            larger = wanted / max(_visible(columns[row] @ amplitude, None if beside is None else beside[row]), LEAST_VISIBLE * size)
+            amplitude, size = amplitude * larger, size * larger
+        shares.append(Share(effect, shape, amplitude, size))
+    return shares
+
+
+def _shape(name: str, effect: Effect, device: Device, scene: Scene, given: Mapping[str, float]) -> Tensor:
+    return given_values(draw_shape(name, effect, scene, device.seed), shape_parameters(effect), given, name)
+
+
+def _amplitude(name: str, effect: Effect, device: Device, columns: Tensor, given: Mapping[str, float]) -> tuple[Tensor, float, bool]:
+    """Amplitudes (K,), the RMS of what they make of the columns (T, K), and whether nobody has numbers for them."""
+    known = draw_amplitude(name, effect, device)
+    raw = draw_direction(name, columns.square().mean(0).sqrt(), device.seed) if known is None else known
     amplitude = given_values(raw, effect.amplitudes, given, name)
-    size = float((columns @ amplitude).square().mean().sqrt())
-    if (known is None or hidden) and not any(one.name in given for one in effect.amplitudes):
-        wanted = white_block_noise(device) * _noises(name, seed) if rms is None else rms
-        if size <= 1e-9 * float(amplitude.norm()):
-            raise InputError(f"effect '{name}' leaves no trace in these runs; choose a profile that moves, or give parameters.{name}")
-        amplitude, size = amplitude * (wanted / size), wanted
-    return Share(effect, shape, amplitude, size)
+    return amplitude, float((columns @ amplitude).square().mean().sqrt()), known is None
 
 
-def _range(runs: Sequence[Scenario]) -> tuple[float, float]:
-    coil = torch.cat([run.heat.coil for run in runs])
+def _visible(part: Tensor, beside: Tensor | None) -> float:
+    """RMS of (T,) that the columns (T, M) and a constant leave."""
+    if beside is not None and beside.shape[-1]:
+        centred = beside - beside.mean(0)
+        scaled = centred / centred.square().mean(0).sqrt().clamp_min(1e-300)
+        part = part - scaled @ torch.linalg.lstsq(scaled, part.unsqueeze(-1), driver="gelsd").solution.squeeze(-1)
+    return float(part.square().mean().sqrt())
+
+
+def _range(runs: Sequence[Scenario], row: int) -> tuple[float, float]:
+    coil = torch.cat([run.heat.coil[row] for run in runs])
     return float(coil.min()), float(coil.max())
 
 
@@ -98,7 +133,7 @@ def _noises(name: str, seed: int) -> float:
 
 
 def choose_hidden(
-    hidden: int | str | Sequence[str], present: Mapping[str, Effect], catalogue: Mapping[str, Effect], inputs: Sequence[str], seed: int
+    hidden: int | str | Sequence[str], present: Mapping[str, Effect], catalogue: Mapping[str, Effect], inputs: Sequence[str], turned: bool, seed: int
 ) -> list[str]:
     """Names of the effects that the gyro has and the user is not told.
 
@@ -107,6 +142,7 @@ def choose_hidden(
         present: effects it has anyway.
         catalogue: what can be drawn from.
         inputs: recorded columns there are; an effect that needs another one cannot be drawn.
+        turned: whether the true rate changes; an effect that needs that cannot be drawn otherwise.
         seed: the user's.
 
     Raises:
@@ -114,7 +150,8 @@ def choose_hidden(
     """
     if isinstance(hidden, (str, Sequence)):
         return _named([hidden] if isinstance(hidden, str) else list(hidden), present, catalogue)
-    possible = [name for name in sorted(catalogue) if name not in present and set(catalogue[name].needs) <= set(inputs)]
+    left = {name: effect for name, effect in sorted(catalogue.items()) if name not in present and set(effect.needs) <= set(inputs)}
+    possible = [name for name, effect in left.items() if turned or not effect.needs_varied_reference]
     if isinstance(hidden, bool) or not isinstance(hidden, int) or not 0 <= hidden <= len(possible):
         raise InputError(f"hidden={hidden}: 0 to {len(possible)} are possible, or a name, or a list of names: {', '.join(possible)}")
     order = torch.randperm(len(possible), generator=stream(seed, "hidden"))[:hidden]

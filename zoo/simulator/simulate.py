@@ -1,8 +1,8 @@
-"""A gyro in a chamber: runs as tables, with the truth beside them. Nothing is written here."""
+"""Gyros in a chamber: runs as tables, with the truth beside them. Nothing is written here."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -11,70 +11,46 @@ from torch import Tensor
 
 from zoo.effects.base import Effect
 from zoo.errors import InputError
+from zoo.simulator.chamber import Chamber
 from zoo.simulator.device import Device, draw
 from zoo.simulator.draws import check_given
 from zoo.simulator.gyro_class import GyroClass
 from zoo.simulator.inputs import NAMES
-from zoo.simulator.noise import Noise, counted, flicker, rate_walk, white
+from zoo.simulator.noise import Noise
 from zoo.simulator.plant import Scenario, scenario
 from zoo.simulator.program import Campaign
+from zoo.simulator.recorded import levels, record
 from zoo.simulator.settings import Settings
-from zoo.simulator.shares import Share, choose_hidden, share
-from zoo.simulator.streams import stream
-from zoo.simulator.thermometers import readings
+from zoo.simulator.shares import Drawing, Share, choose_hidden, contribution, draw_shares
+from zoo.simulator.simulation import Simulation
+
+AT_ONCE = 50
+"""Devices computed in one batch, which bounds the memory."""
+TURNS_AT_ONCE = 6000
+"""The same for turns with a temperature each, added as squares: the modes of as many take a gigabyte."""
 
 
 @dataclass(frozen=True, eq=False)
-class Recorded:
-    """One run as it is written.
+class Order:
+    """What is to be simulated; see `simulate`."""
 
-    Attributes:
-        name: ``"run_1"``, …, or ``"check"``.
-        table: columns of the measurement file, each (T,).
-        truth: columns of the truth, each (T,): ``time_s``, ``<effect>_dph`` for each effect, ``sum_dph``, ``temperature_coil_c``.
-        scenario: what went on.
-    """
-
-    name: str
-    table: dict[str, Tensor]
-    truth: dict[str, Tensor]
-    scenario: Scenario
-
-    @property
-    def noise(self) -> Tensor:
-        """(T,) what the output has besides the reference and the effects [°/h]."""
-        return self.table["rate_dph"] - self.table["reference_dph"] - self.truth["sum_dph"]
-
-
-@dataclass(frozen=True, eq=False)
-class Simulation:
-    """A gyro's campaign.
-
-    Attributes:
-        device: the gyro.
-        shares: its effects, the hidden ones last.
-        hidden: names of the hidden ones.
-        noise: coefficients N, B, K that it had.
-        runs: runs to be fitted.
-        check: the run on another program.
-        settings: how it was run.
-    """
-
-    device: Device
-    shares: dict[str, Share]
-    hidden: tuple[str, ...]
+    gyro: GyroClass
+    profile: Campaign
+    effects: Mapping[str, Effect]
     noise: Noise
-    runs: list[Recorded]
-    check: Recorded
+    hidden: int | str | Sequence[str]
+    catalogue: Mapping[str, Effect]
+    given: Mapping[str, Mapping[str, float]]
+    chamber: Chamber
     settings: Settings
 
-    @property
-    def present(self) -> tuple[str, ...]:
-        """Names of the effects that were asked for."""
-        return tuple(name for name in self.shares if name not in self.hidden)
+
+def simulate(*arguments: Any, **settings: Any) -> Simulation:
+    """One gyro's runs; see `fleet`."""
+    return next(fleet(*arguments, **settings))
 
 
-def simulate(
+def fleet(
     gyro: GyroClass,
     profile: Campaign,
     effects: Mapping[str, Effect],
@@ -82,41 +58,50 @@ def simulate(
     hidden: int | str | Sequence[str] = 0,
     catalogue: Mapping[str, Effect] | None = None,
     parameters: Mapping[str, Mapping[str, float]] | None = None,
+    chamber: Chamber | None = None,
+    devices: int = 1,
     **settings: Any,
-) -> Simulation:
-    """Simulate a gyro's runs.
+) -> Iterator[Simulation]:
+    """Simulate the runs of many gyros of a class, some dozens at once; gyro k is the one that ``seed + k`` draws by itself.
 
     Args:
-        gyro: class that the gyro is drawn from.
+        gyro: class that the gyros are drawn from.
         profile: chamber program of each run.
-        effects: what its error is made of, by name; only their columns are used, none is changed.
+        effects: what their error is made of, by name; only their columns are used, none is changed.
         noise: coefficients to change; `SILENT` for none.
-        hidden: how many more effects to draw from the catalogue, or which.
+        hidden: how many more effects to draw from the catalogue for each gyro, or which.
         catalogue: effects by name that can be hidden.
         parameters: values to set instead of drawing them, by effect and parameter.
+        chamber: how the air follows the program.
+        devices: how many gyros.
         **settings: `Settings`, such as ``runs=3, seed=1, sample_s=10.0``.
 
     Raises:
         InputError: whatever is absurd, see `Settings`, `Program`, `choose_hidden` and `check_given`.
     """
+    if devices < 1:
+        raise InputError(f"devices={devices}: a whole number from 1 up is possible")
     chosen = Settings(**settings)
     chosen.check_programs(profile)
-    device = draw(gyro, chosen.seed, chosen.thermometers)
-    level = levels(noise or Noise(), device)
-    names = tuple(choose_hidden(hidden, effects, catalogue or {}, NAMES, chosen.seed))
-    all_effects = {**effects, **{name: (catalogue or {})[name] for name in names}}
-    given = parameters or {}
-    check_given(given, all_effects)
-    _check_needs(all_effects)
-    with torch.no_grad():
-        runs = [_scenario(device, profile, number, chosen) for number in range(1, chosen.runs + 1)]
-        check = _scenario(device, profile, "check", chosen)
-        shares = {
-            name: share(name, effect, device, runs, chosen.seed, given.get(name, {}), chosen.amplitude, name in names)
-            for name, effect in all_effects.items()
-        }
-        recorded = [record(run, device, shares, level, chosen) for run in (*runs, check)]
-    return Simulation(device, shares, names, level, recorded[:-1], recorded[-1], chosen)
+    order = Order(gyro, profile, effects, noise or Noise(), hidden, catalogue or {}, _given(gyro, parameters, effects), chamber or Chamber(), chosen)
+    _check_needs({**effects, **order.catalogue} if isinstance(hidden, int) else effects)
+    at_once = AT_ONCE if chosen.heat != "radial_axial" else max(1, min(AT_ONCE, TURNS_AT_ONCE**2 // (gyro.layers * gyro.turns) ** 2))
+    for first in range(0, devices, at_once):
+        seeds = range(chosen.seed + first, chosen.seed + min(first + at_once, devices))
+        yield from _simulated(order, [draw(gyro, seed, len(chosen.places)) for seed in seeds])
+
+
+def _given(gyro: GyroClass, parameters: Any, effects: Mapping[str, Effect]) -> Any:
+    """The user's own values before those that the class fixes."""
+    if parameters is not None and not isinstance(parameters, Mapping):
+        return parameters  # refused where the parameters are checked
+    fixed = {name: values for name, values in gyro.fixed.items() if name in effects}
+    own = parameters or {}
+    return {name: _over(fixed.get(name, {}), own.get(name, {})) for name in {**fixed, **own}}
+
+
+def _over(fixed: Mapping[str, float], own: Any) -> Any:
+    return {**fixed, **own} if isinstance(own, Mapping) else own
 
 
 def _check_needs(effects: Mapping[str, Effect]) -> None:
@@ -126,39 +111,53 @@ def _check_needs(effects: Mapping[str, Effect]) -> None:
             raise InputError(f"effect '{name}' needs the column {', '.join(missing)}; the simulator records {', '.join(NAMES)}")
 
 
-def _scenario(device: Device, profile: Campaign, label: int | str, chosen: Settings) -> Scenario:
-    program = profile.of(label) if isinstance(label, int) else profile.check
-    return scenario(device, program, label, chosen.seed, chosen.sample_s, chosen.chamber_s, chosen.cold_start, chosen.reference_dph)
+@torch.no_grad()
+def _simulated(order: Order, devices: list[Device]) -> Iterator[Simulation]:
+    """One batch."""
+    labels = range(1, order.settings.runs + 1)
+    runs = [scenario(devices, order.profile.of(label), label, order.chamber, order.settings) for label in labels]
+    check = scenario(devices, order.profile.check, "check", order.chamber, order.settings)
+    shares = _shares(order, runs)
+    parts = [_parts(run, shares) for run in (*runs, check)]
+    for row, device in enumerate(devices):
+        noise = levels(order.noise, device)
+        recorded = [record(run, row, part[row], noise) for run, part in zip((*runs, check), parts, strict=True)]
+        hidden = tuple(name for name in shares[row] if name not in order.effects)
+        yield Simulation(device, shares[row], hidden, noise, recorded[:-1], recorded[-1], order.settings, order.chamber)
 
 
-def levels(noise: Noise, device: Device) -> Noise:
-    """The coefficients asked for, and the device's own where none were."""
-    own = {key: device[key] for key in ("random_walk", "flicker", "rate_random_walk")}
-    return Noise(**{**vars(noise), **{key: value for key, value in own.items() if getattr(noise, key) is None}})
+def _shares(order: Order, runs: Sequence[Scenario]) -> list[dict[str, Share]]:
+    """The effects of each device, the hidden ones last."""
+    devices, drawing = runs[0].devices, Drawing(order.given, order.settings.amplitude)
+    turned = any(float(run.reference.max() - run.reference.min()) > 0.0 for run in runs)
+    secret = [choose_hidden(order.hidden, order.effects, order.catalogue, NAMES, turned, device.seed) for device in devices]
+    for names in secret:
+        check_given(order.given, {**order.effects, **{name: order.catalogue[name] for name in names}})
+    found: list[dict[str, Share]] = [{} for _ in devices]
+    for name, effect in order.effects.items():
+        for own, share in zip(found, draw_shares(name, effect, runs, drawing), strict=True):
+            own[name] = share
+    beside = _columns(order, runs, found) if any(secret) else None
+    for name in dict.fromkeys(name for names in secret for name in names):
+        rows = [row for row, names in enumerate(secret) if name in names]
+        assert beside is not None
+        for row, share in zip(rows, draw_shares(name, order.catalogue[name], [run.of(rows) for run in runs], drawing, beside[rows]), strict=True):
+            found[row][name] = share
+    return [{name: own[name] for name in (*order.effects, *names)} for own, names in zip(found, secret, strict=True)]
 
 
-def record(run: Scenario, device: Device, shares: Mapping[str, Share], noise: Noise, chosen: Settings) -> Recorded:
-    """Look at a run through the gyro's instruments.
-
-    Args:
-        run: what went on.
-        device: the gyro.
-        shares: its effects.
-        noise: coefficients, none of them None.
-        chosen: how it is recorded.
-    """
-    parts = {name: one(run) for name, one in shares.items()}
-    total = torch.stack([torch.zeros_like(run.time), *parts.values()]).sum(0)
-    reference = run.places["coil"].reference
-    rate = reference + total + output_noise(noise, len(run.time), chosen, run.label)
-    rate = counted(rate, noise.angle_step_arcsec, chosen.sample_s, stream(chosen.seed, "angle", run.label))
-    thermometers = readings(device, run.time, run.heat, noise, chosen.seed, run.label)
-    table = {"time_s": run.time, **thermometers, "rate_dph": rate, "reference_dph": reference, **run.inputs}
-    truth = {"time_s": run.time, **{f"{name}_dph": part for name, part in parts.items()}, "sum_dph": total, "temperature_coil_c": run.heat.coil}
-    return Recorded("check" if run.label == "check" else f"run_{run.label}", table, truth, run)
+def _columns(order: Order, runs: Sequence[Scenario], found: Sequence[Mapping[str, Share]]) -> Tensor:
+    """(B, T, M) columns of all effects that are present, over all runs."""
+    shapes = {name: torch.stack([own[name].shape for own in found]) for name in order.effects}
+    each = [torch.cat([run.columns(effect, shapes[name]) for run in runs], dim=-2).cpu() for name, effect in order.effects.items()]
+    return torch.cat([torch.zeros(len(found), sum(len(run.time) for run in runs), 0, dtype=torch.float64), *each], dim=-1)
 
 
-def output_noise(noise: Noise, count: int, chosen: Settings, label: int | str) -> Tensor:
-    """(count,) sum of the three random processes [°/h], each from its own stream."""
-    kinds = {white: noise.random_walk, flicker: noise.flicker, rate_walk: noise.rate_random_walk}
-    return torch.stack([kind(size or 0.0, count, chosen.sample_s, stream(chosen.seed, kind.__name__, label)) for kind, size in kinds.items()]).sum(0)
+def _parts(run: Scenario, shares: Sequence[Mapping[str, Share]]) -> list[dict[str, Tensor]]:
+    """What each effect adds in each device, each (T,) [°/h]."""
+    parts: list[dict[str, Tensor]] = [dict.fromkeys(own, run.time) for own in shares]
+    for name in dict.fromkeys(name for own in shares for name in own):
+        rows = [row for row, own in enumerate(shares) if name in own]
+        for row, part in zip(rows, contribution(run.of(rows), [shares[row][name] for row in rows]).cpu(), strict=True):
+            parts[row][name] = part
+    return parts

@@ -33,12 +33,14 @@ class Span:
         high: largest value.
         unit: physical unit.
         log: spread over decades instead of evenly.
+        source: where the numbers come from; an engineering prior where nothing is said.
     """
 
     low: float
     high: float
     unit: str
     log: bool = True
+    source: str = "prior"
 
     def draw(self, generator: torch.Generator) -> float:
         """One value."""

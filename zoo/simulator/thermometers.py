@@ -2,16 +2,20 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import torch
 from torch import Tensor
 
 from zoo.physics.lag import lagged
 from zoo.simulator.device import Device
-from zoo.simulator.heat import Heat
 from zoo.simulator.noise import Noise
+from zoo.simulator.plant import Scenario
 from zoo.simulator.streams import normal, stream
 
-COLUMNS = ("temperature_c", "temperature_outer_c")
+COLUMNS = {"housing": "outer"}
+"""Names of thermometers that are not called after their place."""
+PARTS = {"inner_layer": "inner", "outer_layer": "outer"}
 
 
 def quantised(value: Tensor, step: float) -> Tensor:
@@ -37,19 +41,23 @@ def reading(time: Tensor, place: Tensor, sensor: tuple[float, float], noise: Noi
     return quantised(late + offset + noise.thermometer_c * normal(len(time), generator), noise.resolution_c)
 
 
-def readings(device: Device, time: Tensor, heat: Heat, noise: Noise, seed: int, run: object) -> dict[str, Tensor]:
-    """The columns of all thermometers: the main one sits at the spool, the other at the housing.
+def readings(device: Device, run: Scenario, row: int, places: Sequence[str], noise: Noise) -> dict[str, Tensor]:
+    """The columns of all thermometers of one device.
 
     Args:
         device: the gyro.
-        time: (T,) [s].
-        heat: temperatures of the run.
+        run: temperatures of several gyros.
+        row: which of them it is.
+        places: where thermometers sit, the main one first.
         noise: noise of a reading and resolution.
-        seed: the user's.
-        run: which run.
 
     Returns:
         Each (T,) [°C] by its column.
     """
-    places = zip(COLUMNS, (heat.spool, heat.housing), device.sensors, strict=False)
-    return {name: reading(time, place, sensor, noise, stream(seed, "thermometer", name, run)) for name, place, sensor in places}
+    table = {}
+    for number, (place, sensor) in enumerate(zip(places, device.sensors, strict=True)):
+        column = "temperature_c" if number == 0 else f"temperature_{COLUMNS.get(place, place)}_c"
+        body = getattr(run.heat, PARTS.get(place, place))
+        chance = stream(device.seed, "thermometer", column, run.label)
+        table[column] = reading(run.time.cpu(), (body[row] if body.dim() > 1 else body).cpu(), sensor, noise, chance)
+    return table

@@ -1,0 +1,86 @@
+"""Errors that are proportional to the true input: found where it changes, never where it does not."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import replace
+
+import pytest
+import torch
+from torch import Tensor
+
+from zoo.catalog import build, names
+from zoo.diagnosis.diagnose import diagnose
+from zoo.diagnosis.preparation import reference_varies
+from zoo.measurements.run import Run
+
+OF_THE_INPUT = [name for name in names("effects") if build("effects", name).needs_varied_reference]
+SIZES = {"scale_factor": (300.0, 20.0, 0.0), "scale_factor_nonlinearity": (0.0, -0.08, 0.0)}
+"""In ppm, ppm/K, …, with ppm/(°/h)² for the cubic: 800 ppm at 100 °/h."""
+RATE_DPH, TURN_S = 100.0, 1500.0
+
+
+def turned(run: Run, rate: Tensor) -> Run:
+    """The same error beside another true input (T,)."""
+    table = run.table.clone()
+    table[:, -1] = rate
+    return replace(run, table=table)
+
+
+def stepped(run: Run) -> Tensor:
+    """(T,) five rates, from one to the next every 25 min [°/h]."""
+    places = torch.tensor([0.0, 1.0, -0.5, -1.0, 0.5], dtype=torch.float64)
+    return RATE_DPH * places[((run.time - run.time[0]) / TURN_S).long() % len(places)]
+
+
+def planted(run: Run, name: str) -> Run:
+    """On a table that turns, with the effect at the temperature of the outer thermometer."""
+    here = turned(run, stepped(run))
+    sizes = torch.tensor(SIZES[name], dtype=torch.float64)
+    theta, rate = here.select([run.thermometers[-1]]).squeeze(1) - 20.0, here.table[:, -1]
+    columns = {
+        "scale_factor": [rate, theta * rate, theta**2 * rate],
+        "scale_factor_nonlinearity": [rate**2, rate**3, theta * rate**3],
+    }[name]
+    return replace(here, error=here.error + 1e-6 * torch.stack(columns, dim=-1) @ sizes)
+
+
+@pytest.mark.parametrize("rate", [0.0, 9.67])
+def test_beside_a_constant_input_they_are_not_tried(runs, catalogue, base, rate) -> None:
+    """Not a number of the verdict is another than without them in the catalogue."""
+    found = [turned(run, torch.full_like(run.time, rate)) for run in runs()]
+    record = diagnose(found, base, catalogue).record
+    without = diagnose(found, base, {name: effect for name, effect in catalogue.items() if name not in OF_THE_INPUT}).record
+    assert record["not_tried"] == {name: ["a reference that changes"] for name in OF_THE_INPUT}
+    assert record | {"not_tried": {}} == without
+    assert record["verdict"] == "complete"
+
+
+@pytest.mark.parametrize("rate", [0.0, 9.67])
+def test_in_the_model_they_do_no_harm_beside_a_constant_input(runs, catalogue, base, rate) -> None:
+    found = [turned(run, torch.full_like(run.time, rate)) for run in runs()]
+    record = json.loads(json.dumps(diagnose(found, [*base, *OF_THE_INPUT], catalogue).record, allow_nan=False))
+    assert (record["verdict"], record["not_tried"]) == ("complete", {})
+    if rate == 0:
+        assert all(one["stderr"] is None for name in OF_THE_INPUT for one in record["parameters"][name].values())
+
+
+def test_a_table_that_turns_is_no_fault(runs, catalogue, base) -> None:
+    record = diagnose([turned(run, stepped(run)) for run in runs()], base, catalogue).record
+    assert (record["verdict"], record["missing"], record["not_tried"]) == ("complete", [], {})
+
+
+@pytest.mark.parametrize("name", OF_THE_INPUT)
+def test_one_that_was_planted_is_named_with_its_numbers(runs, catalogue, base, name) -> None:
+    record = diagnose([planted(run, name) for run in runs()], base, catalogue).record
+    assert (record["verdict"], record["missing"]) == ("missing", [name])
+    assert record["candidates"][0]["indistinguishable_from"] == []
+    for entry, size in zip(record["parameters"][name].values(), SIZES[name], strict=True):
+        assert abs(entry["value"] - size) < 4 * entry["stderr"]
+        assert not size or entry["stderr"] < 0.1 * abs(size)
+
+
+@pytest.mark.parametrize(("rates", "varies"), [((0, 0), False), ((9.67, 9.67), False), ((9.67, -9.67), True), ((0, 1), True), ((100, 100.5), False)])
+def test_the_input_varies_or_not(runs, rates, varies) -> None:
+    found = [turned(run, torch.full_like(run.time, rate)) for run, rate in zip(runs(), rates, strict=True)]
+    assert reference_varies(found) == varies

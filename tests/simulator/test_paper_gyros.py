@@ -1,0 +1,97 @@
+"""The gyros of the papers have, before any compensation, the figures that the papers print."""
+
+from __future__ import annotations
+
+import pytest
+import torch
+from torch import Tensor
+
+from zoo.catalog import build
+from zoo.scoring.rate_windows import rate_windows
+from zoo.scoring.stages import bias_stability
+from zoo.simulator.presets import PRESETS
+from zoo.simulator.recorded import Recorded
+from zoo.simulator.simulate import simulate
+
+# Electronics Optics & Control 30(7), 2023, table 1: bias stability in °/h of the stages of samples 1 to 3, and of the whole runs.
+STAGES = [
+    (0.0079, 0.0117, 0.0102), (0.0540, 0.0543, 0.0561), (0.0084, 0.0101, 0.0078), (0.0632, 0.0612, 0.0627), (0.0110, 0.0092, 0.0085),
+    (0.0696, 0.0687, 0.0669), (0.0090, 0.0074, 0.0082), (0.0620, 0.0558, 0.0564), (0.0089, 0.0083, 0.0098), (0.0381, 0.0403, 0.0436),
+    (0.0079, 0.0089, 0.0097),
+]  # fmt: skip
+WHOLE = (0.0514, 0.0559, 0.0549)
+TENTH_OF_THE_RAMPS = 0.02
+"""A hold is where the thermometer moves at less than this, a tenth of the ramps' 0.2 K/min."""
+
+
+def recorded(name: str, effects: list[str], runs: int, seed: int, **settings: object) -> list[Recorded]:
+    chosen = {one: build("effects", one) for one in effects}
+    return simulate(build("gyro", name), build("profile", name), chosen, build("noise", "gyro"), runs=runs, seed=seed, **settings).runs
+
+
+def block_means(run: Recorded, rows: int = 10) -> tuple[Tensor, Tensor, Tensor]:
+    """Time, temperature and error in means over ten rows, which are 100 s."""
+    table = run.table
+    each = (table["time_s"], table["temperature_c"], table["rate_dph"] - table["reference_dph"])
+    whole = len(each[0]) // rows * rows
+    return tuple(one[:whole].reshape(-1, rows).mean(1) for one in each)
+
+
+def qiu2023(seed: int) -> tuple[Tensor, float]:
+    """Ratios of simulated to printed bias stability: of the 11 stages, means of three samples, and of the whole runs."""
+    stages, whole = [], []
+    for run in recorded("qiu2023", ["static_bias", "shupe", "mohr", "rate_temperature_coupling", "polarization"], 3, seed):
+        time, temperature, error = block_means(run)
+        stages.append(torch.tensor([bias_stability(error[one]) for one in rate_windows(time, temperature, TENTH_OF_THE_RAMPS)]))
+        whole.append(bias_stability(error))
+    return torch.stack(stages).mean(0) / torch.tensor(STAGES).mean(1), sum(whole) / sum(WHOLE)
+
+
+def test_qiu2023_has_the_stages_of_its_table() -> None:
+    ratios, whole = qiu2023(1)
+    assert ratios.shape == (11,)
+    assert ratios.tolist() == pytest.approx([1.0] * 11, abs=0.3)
+    assert whole == pytest.approx(1.0, abs=0.2)
+
+
+def test_qiu2023_has_them_on_average_over_seeds_and_its_ramps_in_each() -> None:
+    """A hold is 12 to 40 means of white noise, so that its own figure is uncertain to a fifth."""
+    each = [qiu2023(seed) for seed in range(2, 18)]
+    ratios = torch.stack([stages for stages, _ in each])
+    assert ratios.mean(0).tolist() == pytest.approx([1.0] * 11, abs=0.3)
+    assert float((ratios[:, 1::2] - 1).abs().max()) < 0.3
+    assert all(abs(whole - 1) < 0.2 for _, whole in each)
+
+
+@pytest.mark.parametrize("seed", [1, 2, 3])
+def test_tong2019_has_its_mean_and_standard_deviation(seed: int) -> None:
+    (run,) = recorded("tong2019", ["static_bias", "shupe", "mohr", "polarization"], 1, seed)
+    _, _, error = block_means(run)
+    assert float(error.mean()) == pytest.approx(-6.90e-2, rel=0.1)
+    assert float(error.std()) == pytest.approx(1.5317e-2, rel=0.1)
+
+
+def test_tong2019_turns_where_its_segments_meet() -> None:
+    chosen = {one: build("effects", one) for one in ("static_bias", "polarization")}
+    (run,) = simulate(build("gyro", "tong2019"), build("profile", "tong2019"), chosen, build("noise", "none"), runs=1).runs
+    temperature, drift = run.truth["temperature_coil_c"], run.truth["sum_dph"].diff()
+    turns = temperature[1:-1][drift[1:] * drift[:-1] < 0]
+    assert turns.tolist() == pytest.approx([0.0, 15.0, 30.0, 37.0], abs=0.5)
+
+
+def test_liu2010_has_its_largest_error_and_its_spread() -> None:
+    """What the paper prints as the error's variance can only be its standard deviation: of two of its methods it exceeds the maximum squared."""
+    (run,) = recorded("liu2010", ["static_bias", "scale_factor", "scale_factor_nonlinearity"], 1, 1, sample_s=600.0)
+    turning = run.table["reference_dph"] != 0
+    error = ((run.table["rate_dph"] - run.table["reference_dph"]) / 3600)[turning]
+    assert int(turning.sum()) == 19 * 36
+    assert float(error.abs().max()) == pytest.approx(11.5764, rel=0.1)
+    assert float(error.std()) == pytest.approx(4.61936, rel=0.1)
+
+
+@pytest.mark.parametrize("name", ["qiu2023", "tong2019", "liu2010"])
+def test_a_papers_gyro_is_one_gyro_and_says_where_its_numbers_are_from(name: str) -> None:
+    gyro = PRESETS[name]
+    spans = {key: value for key, value in vars(gyro).items() if hasattr(value, "source")}
+    assert len(spans) > 20
+    assert all(span.low == span.high and span.source for span in spans.values())

@@ -1,0 +1,37 @@
+"""A scale factor that is another one at another rate."""
+
+from __future__ import annotations
+
+import torch
+from torch import Tensor
+
+from zoo.effects.base import Effect, History, Parameter, spread
+from zoo.effects.scale_factor import PPM, REFERENCE_C
+
+
+class ScaleFactorNonlinearity(Effect):
+    """Error c2·Ω² + (c3 + c4·θ)·Ω³ with Ω the true input and θ = T − 20 °C where the source and the electronics are.
+
+    An open loop answers V0·sin(S·Ω) with the Sagnac gain S = 2πLD/(λc). Calibrated with V0·S = 1 its error is −S²/6·Ω³ + S⁴/120·Ω⁵ − …, of which the
+    cubic leaves S²Ω²/20: 3 % at 45° of phase. Where a kelvin changes V0 by a share v and S by a share s, the slope of the scale factor is v + s, and
+    c4 = (v + 3s)·c3. A closed loop leaves tens of ppm from the ramp's resets and the loop's gain.
+    """
+
+    name = "scale_factor_nonlinearity"
+    place = "housing"
+    needs_varied_reference = True
+    amplitudes = (
+        Parameter("quadratic", 0.0, "ppm/(unit)", -1e6, 1e6, source="engineering prior: any unit of the output", meaning="c2, even in the input"),
+        Parameter("cubic", 0.0, "ppm/(unit)^2", -1e6, 1e6, source="S²/6, S 0.13–1.2 s: 0.9–76 with °/s, 3e3–2.5e5 with rad/s", meaning="c3 at 20 °C"),
+        Parameter("cubic_slope", 0.0, "ppm/(unit)^2/K", -1e4, 1e4, source="prior: up to 0.2 %/K of c3", meaning="c4"),
+    )
+    formula = "c2·Ω² + (c3 + c4·θ)·Ω³,  θ = T − 20 °C"
+    source = "IEEE Std 952 f(I); Lefèvre, The Fiber-Optic Gyroscope: V0·sin(S·Ω)"
+    signature = "grows with the square and the cube of the true input, at any temperature; nothing at rest"
+    confused_with = ("scale_factor",)
+
+    def columns(self, history: History, shape: Tensor) -> Tensor:
+        """Ω², Ω³ and θ·Ω³ in millionths, see `Effect.columns`; no shape."""
+        rate, theta = history.reference, history.temperature - REFERENCE_C
+        powers = torch.broadcast_tensors(rate**2, rate**3, theta * rate**3)
+        return spread(PPM * torch.stack(powers, dim=-1), shape)

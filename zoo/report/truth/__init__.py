@@ -1,0 +1,1 @@
+"""The page beside a simulation: the winding, the heat in it, and the bias by effect."""
