@@ -14,8 +14,8 @@ FLICKER_SHARE = 0.18
 AGREEMENT = 0.25
 STILL = 0.5
 """Share of the block differences that is looked at: what a ramp drives through fast fringes is left out, as long as half of the time is a hold."""
-RESOLVED = 1e-3
-"""Share of the drift below which a residual counts as noise, for no effect's formula is truer than that."""
+RESOLVED = 3e-3
+"""Share of the drift below which a residual counts as noise, for no effect's formula is truer than that: a lag for what heat does in a winding."""
 
 
 def blocks_of(runs: list[Run]) -> list[Blocks]:
