@@ -17,14 +17,14 @@ from heat.crank_nicolson import compiled, propagated, tridiagonal
 from heat.exact import exact
 from heat.ours import ours
 from heat.problem import CONDUCTIVITY, CONTACT, Body, air, all_layers, body, mean_and_shupe
-from heat.scipy_ivp import lsoda, lsoda_ivp, radau
+from heat.scipy_ivp import lsoda, lsoda_ivp, lsoda_stacked, radau
 from heat.with_fipy import fipy
 from heat.with_py_pde import py_pde
 
 RAMP = slice(3600, 5101)
 """The first ramp begins: what FiPy and py-pde are run on."""
-SINGLY = 15
-"""How many of the devices those are timed on that take one at a time."""
+AT_ONCE, SINGLY = 40, 15
+"""Devices that ours takes at once where only a part of the answer is kept; those that the others are timed on."""
 NODAL = {
     "LSODA 1e-6, odeint": lsoda,
     "LSODA 1e-8, odeint": partial(lsoda, tolerance=1e-8),
@@ -64,10 +64,8 @@ def one_device(driving: np.ndarray) -> None:
     truth, in_time = reference[:, fine.layers], exact(coil, driving)[:, coil.layers]
     expected = mean_and_shupe(fine).seen(fine, driving, reference)
     peak = np.abs(expected[:, 1]).max()
-    print(
-        f"One device, one core, {len(driving) - 1} s; errors are the largest anywhere: of a layer against the exact solution on its own cells (in time)"
-    )
-    print(f"and against 8 times finer cells (in all), of the mean temperature, of Shupe's error in shares of its peak, {peak:.2g} °/h")
+    print(f"One device, one core, {len(driving) - 1} s. The largest error anywhere: of a layer, against the exact solution on its own cells")
+    print(f"(in time) and on 8 times finer ones (in all); of the mean temperature; of Shupe's error in shares of its peak, {peak:.2g} °/h")
     line("", "36 layers", "", "mean,Shupe", "", "in time", "in all", "mean", "Shupe")
     line("", "ms", "x ours", "ms", "x ours", "K", "K", "K", "1")
     layers_ms, asked_ms = (milliseconds(lambda wanted=wanted: ours(coil, driving, wanted), 9) for wanted in (layers, asked))
@@ -98,37 +96,48 @@ def drawn(devices: int) -> Body:
     return body(CONDUCTIVITY * chance.uniform(0.9, 1.1, devices), CONTACT * chance.uniform(0.7, 1.3, devices))
 
 
-def batch_ms(devices: int, driving: np.ndarray, cores: int) -> float:
-    """Mean and Shupe of so many, from their parameters on."""
+def device_ms(devices: int, driving: np.ndarray, cores: int = 1, at_once: int = 1000, times: int = 3) -> float:
+    """Mean and Shupe from the parameters on, so many devices at once, the answers of those before thrown away; for each device."""
+
+    def work() -> None:
+        whole, asked = drawn(devices), mean_and_shupe(body())
+        for first in range(0, devices, at_once):
+            ours(whole[first : first + at_once], driving, asked)
+
     torch.set_num_threads(cores)
-    taken = milliseconds(lambda: ours(drawn(devices), driving, mean_and_shupe(body())), 3)
+    taken = milliseconds(work, times)
     torch.set_num_threads(1)
-    return taken
+    return taken / devices
 
 
 def many_devices(devices: int, driving: np.ndarray) -> None:
     """A batch at once, or one device after another."""
-    two_ms, one_ms = (batch_ms(devices, driving, cores) / devices for cores in (2, 1))
-    answer, peak = devices * 2 * len(driving) * 8 / 1e6, resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024
-    print(f"\n{devices} devices that differ, mean temperature and Shupe's error; ours all at once, the others a device at a time: median of {SINGLY}")
-    print(f"ours: {answer:.0f} MB of answer, {peak:.0f} MB at most for all of the process")
+    print(f"\n{devices} devices that differ, mean temperature and Shupe's error; the others' times are the median of {SINGLY} devices, or of runs")
     line("", "ms/device", "x 2 cores", "x 1 core")
-    line("ours, 2 cores", two_ms, 1.0, two_ms / one_ms)
-    line("ours, 1 core", one_ms, one_ms / two_ms, 1.0)
-    asked, whole = mean_and_shupe(body()), drawn(SINGLY)
-    singly = [Body(whole.capacity, whole.conductance[i], whole.ambient[i], whole.layers) for i in range(SINGLY)]
+    two_ms, one_ms = (device_ms(devices, driving, cores, AT_ONCE) for cores in (2, 1))
+
+    def row(name: str, taken_ms: float) -> None:
+        line(name, taken_ms, taken_ms / two_ms, taken_ms / one_ms)
+
+    row(f"ours, {AT_ONCE} at once, 2 cores", two_ms)
+    row(f"ours, {AT_ONCE} at once", one_ms)
+    row(f"ours, {devices} at once, 2 cores", device_ms(devices, driving, 2, devices))
+    row(f"ours, {devices} at once", device_ms(devices, driving, 1, devices))
+    asked, singly = mean_and_shupe(body()), drawn(SINGLY)
     for name in IN_BATCH:
-        taken = [milliseconds(lambda coil=coil, solve=NODAL[name]: asked.seen(coil, driving, solve(coil, driving)), 1) for coil in singly]
-        other_ms = float(np.median(taken))
-        line(f"{name}", other_ms, other_ms / two_ms, other_ms / one_ms)
+        works = [partial(lambda coil, solve: asked.seen(coil, driving, solve(coil, driving)), singly[place], NODAL[name]) for place in range(SINGLY)]
+        row(name, float(np.median([milliseconds(work, 1) for work in works])))
+    row(f"LSODA 1e-6, {AT_ONCE} stacked", milliseconds(lambda: lsoda_stacked(drawn(AT_ONCE), driving, asked), 3) / AT_ONCE)
+    answer, peak = devices * 2 * len(driving) * 8 / 1e6, resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024
+    print(f"memory: the answer for {devices} at once {answer:.0f} MB, the whole process at most {peak:.0f} MB")
 
 
 def growth(devices: int, driving: np.ndarray) -> None:
     """Exponents of a power law through four sizes."""
     batches = [max(1, devices * share // 10) for share in (1, 2, 5, 10)]
     lengths = [len(driving) // share for share in (8, 4, 2, 1)]
-    by_devices = [batch_ms(count, driving, 1) for count in batches]
-    by_samples = [batch_ms(batches[1], driving[:length], 1) for length in lengths]
+    by_devices = [count * device_ms(count, driving, at_once=count) for count in batches]
+    by_samples = [batches[0] * device_ms(batches[0], driving[:length], at_once=batches[0], times=7) for length in lengths]
     print("\nours, 1 core")
     for what, sizes, taken in (("devices", batches, by_devices), ("samples", lengths, by_samples)):
         exponent = np.polyfit(np.log(sizes), np.log(taken), 1)[0]

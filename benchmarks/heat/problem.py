@@ -35,6 +35,10 @@ class Body:
     ambient: np.ndarray
     layers: np.ndarray
 
+    def __getitem__(self, some: int | slice) -> Body:
+        """Some of the devices."""
+        return Body(self.capacity, self.conductance[some], self.ambient[some], self.layers)
+
     @property
     def matrix(self) -> np.ndarray:
         """(N, N) A of dT/dt = A·T + p·u [1/s]."""

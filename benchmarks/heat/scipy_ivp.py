@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Callable
 
 import numpy as np
-from heat.problem import Body
-from scipy.integrate import odeint, solve_ivp
+from heat.problem import Body, Watched
+from scipy.integrate import LSODA, odeint, solve_ivp
 
 
 def lsoda(body: Body, air: np.ndarray, tolerance: float = 1e-6) -> np.ndarray:
@@ -20,6 +20,36 @@ def lsoda_ivp(body: Body, air: np.ndarray, tolerance: float = 1e-6) -> np.ndarra
     """(T, N) by `solve_ivp`."""
     band = _band(body.matrix)
     return _ivp(body, air, "LSODA", tolerance, jac=lambda t, nodes: band, lband=1, uband=1)
+
+
+def lsoda_stacked(bodies: Body, air: np.ndarray, watched: Watched, tolerance: float = 1e-6) -> np.ndarray:
+    """(B, O, T) of devices stacked into one system, with one sequence of steps; of each step's polynomial only the outputs are sampled."""
+    count, size = bodies.ambient.shape
+    below, middle, above = (np.diagonal(-bodies.conductance, beside, 1, 2) for beside in (-1, 0, 1))
+    band = np.zeros((3, count, size))
+    band[0, :, 1:], band[1], band[2, :, :-1] = above / bodies.capacity[:-1], middle / bodies.capacity, below / bodies.capacity[1:]
+    band = band.reshape(3, -1)
+    pull, samples, last = bodies.pull.ravel(), air.tolist(), len(air) - 2
+
+    def slope(t: float, nodes: np.ndarray) -> np.ndarray:
+        k = min(int(t), last)
+        found = band[1] * nodes
+        found[:-1] += band[0, 1:] * nodes[1:]
+        found[1:] += band[2, :-1] * nodes[:-1]
+        found += pull * (samples[k] + (t - k) * (samples[k + 1] - samples[k]))
+        return found
+
+    weights = watched.level + watched.rate @ bodies.matrix
+    answer = (watched.rate @ bodies.pull[..., None]) * air
+    solver = LSODA(slope, 0.0, np.full(count * size, air[0]), len(air) - 1.0, rtol=tolerance, atol=tolerance, jac=lambda t, y: band, lband=1, uband=1)
+    answer[..., 0] += air[0] * weights.sum(-1)
+    while solver.status == "running":
+        solver.step()
+        step = solver.dense_output()
+        inside = np.arange(int(solver.t_old) + 1, int(solver.t) + 1)
+        powers = ((inside - step.t) / step.h) ** step.p[:, None]
+        answer[..., inside] += weights @ step.yh.reshape(count, size, -1) @ powers
+    return answer
 
 
 def radau(body: Body, air: np.ndarray, tolerance: float = 1e-6) -> np.ndarray:

@@ -8,6 +8,7 @@ from itertools import pairwise
 
 import pytest
 import torch
+from scipy.integrate import quad
 from scipy.optimize import brentq
 from scipy.special import j0, j1, y0, y1
 from torch import Tensor
@@ -117,7 +118,7 @@ def cylinder_decay(which: int) -> float:
 
 
 def roots(zero: Callable[[float], float], which: int) -> float:
-    places = [1.0 + 2.0 * step for step in range(2000)]
+    places = [1.0 + 20.0 * step for step in range(500)]
     brackets = [(one, two) for one, two in pairwise(places) if zero(one) * zero(two) < 0]
     return float(brentq(zero, *brackets[which], xtol=1e-13, rtol=1e-14))
 
@@ -131,6 +132,48 @@ def test_decay_of_a_mode_converges_with_the_second_order(make, exact, which) -> 
     assert order.mean() == pytest.approx(2.0, abs=0.1)
     extrapolated = (4 * slowest(make(1024), which) - slowest(make(512), which)) / 3
     assert extrapolated == pytest.approx(exact(which), rel=1e-6)
+
+
+def slab_shape(beta: float) -> Callable[[float], float]:
+    """Solution of φ″ + β²φ = 0 that fits the film at x = 0."""
+    return lambda x: math.cos(beta * x) + FILMS[0] / (K * beta) * math.sin(beta * x)
+
+
+def cylinder_shape(beta: float) -> Callable[[float], float]:
+    """Solution of Bessel's equation that fits the film on the inner face."""
+    first, second = (FILMS[0] * one(beta * INNER) + K * beta * two(beta * INNER) for one, two in ((j0, j1), (y0, y1)))
+    return lambda r: j0(beta * r) * second - y0(beta * r) * first
+
+
+def mean_after_a_step(make: Callable[[int], Cells], count: int, seconds: float) -> float:
+    """Mean over the body, warmed from 0 by air that steps to 1."""
+    cells = make(count)
+    stiffness, _ = response(cells)
+    root = (CAPACITY * cells.volume).sqrt()
+    decay, vectors = torch.linalg.eigh(stiffness / root / root.unsqueeze(1))
+    left = vectors @ (torch.exp(-decay * seconds) * (vectors.mT @ root))
+    return 1 - float(root @ left / root.square().sum())
+
+
+@pytest.mark.parametrize(
+    ("make", "decay_of", "shape_of", "weight", "ends"),
+    [
+        (slab, slab_decay, slab_shape, lambda x: 1.0, (0.0, OUTER - INNER)),
+        (cylinder, cylinder_decay, cylinder_shape, lambda r: r, (INNER, OUTER)),
+    ],
+)
+def test_a_step_of_the_air_warms_as_the_series_says(make, decay_of, shape_of, weight, ends) -> None:
+    """1 − Σ (∫wφ)²/(∫w·∫wφ²)·e^(−λt) over the eigenfunctions; twenty of them, from 5 s on."""
+    decays, shares = [decay_of(which) for which in range(20)], []
+    for decay in decays:
+        shape = shape_of(math.sqrt(decay * CAPACITY / K))
+        parts = [quad(lambda x, power=power: weight(x) * shape(x) ** power, *ends, limit=400, epsabs=1e-14, epsrel=1e-10)[0] for power in (0, 1, 2)]  # noqa: B023
+        shares.append(parts[1] ** 2 / parts[0] / parts[2])
+    assert sum(shares) == pytest.approx(1.0, abs=5e-3)
+    for seconds in (5.0, 30.0, 120.0, 600.0):
+        exact = 1 - sum(share * math.exp(-decay * seconds) for share, decay in zip(shares, decays, strict=True))
+        fine, coarse = mean_after_a_step(make, 512, seconds), mean_after_a_step(make, 256, seconds)
+        assert (4 * fine - coarse) / 3 == pytest.approx(exact, rel=1e-6)
 
 
 @pytest.mark.parametrize(("make", "whole"), [(slab, OUTER - INNER), (cylinder, math.pi * (OUTER**2 - INNER**2))])

@@ -20,8 +20,8 @@ WINDOW = 12
 """W, samples before a chunk whose inputs act on it directly."""
 GONE = 40.0
 """A mode is forgotten where λ·t is larger: e^(−40)."""
-STATES_AT_ONCE, OUTPUTS_AT_ONCE = 2**22, 2**19
-"""Numbers computed before the next devices' turn; few enough to stay in the cache."""
+STATES_AT_ONCE, OUTPUTS_AT_ONCE = 2**22, 3 * 2**17
+"""Numbers computed before the next devices' turn, outputs by each thread; few enough to stay in the caches."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -119,7 +119,7 @@ def _outputs(modes: Modes, step_s: float, windows: Tensor, start: Tensor) -> Ite
     far = (modes.observe[..., slow].mT.unsqueeze(-1) * power[:, slow, WINDOW:-1].unsqueeze(-2)).flatten(-2)  # (B, N, O·L)
     free = ((modes.observe * begin.unsqueeze(-2)) @ power[..., :CHUNK]).flatten(-2)
     inputs = windows[:, 1:].flatten(-2).expand(len(depth), -1, -1)
-    for some in _turns(len(depth), OUTPUTS_AT_ONCE // (inputs.shape[1] * near.shape[-1])):
+    for some in _turns(len(depth), torch.get_num_threads() * (OUTPUTS_AT_ONCE // (inputs.shape[1] * near.shape[-1]))):
         outputs = torch.bmm(inputs[some], near[some]).baddbmm_(states[:, some].transpose(0, 1), far[some])
         outputs[:, 0] += free[some]
         yield outputs.unflatten(-1, (-1, CHUNK)).transpose(1, 2)
