@@ -219,3 +219,29 @@ def test_gradients_are_those_of_finite_differences(name, key) -> None:
 
     share = torch.ones_like(scale).requires_grad_()
     assert torch.autograd.gradcheck(found, (share,), rtol=1e-6, atol=1e-7, eps=1e-5)
+
+
+def test_parameters_can_be_fitted_through_it() -> None:
+    """Conductivity, contact and gap from the temperatures of the innermost and the outermost layer, by L-BFGS from half or twice their values."""
+    coil, lumps, inputs = pack(), around(), program(300)
+    faces = torch.zeros(2, 8, 10, dtype=F64)
+    faces[0, 0], faces[1, -1] = 0.1, 0.1
+    seen = Watched(torch.zeros(2, 2, dtype=F64), faces, (False, False))
+
+    def temperatures(log: Tensor) -> Tensor:
+        conductivity, contact, gap = (tensor(0.3, 300.0, 20.0) * log.exp()).unbind()
+        films = torch.stack([contact, gap, contact, contact])
+        return run(radial(replace(coil, conductivity=conductivity, films=films), lumps), inputs, watched=seen)
+
+    measured = temperatures(torch.zeros(3, dtype=F64)).detach()
+    log = tensor(0.7, -0.7, 0.7).requires_grad_()
+    optimizer = torch.optim.LBFGS([log], max_iter=200, tolerance_grad=1e-12, tolerance_change=1e-14, line_search_fn="strong_wolfe")
+
+    def loss() -> Tensor:
+        optimizer.zero_grad()
+        value = (temperatures(log) - measured).square().mean()
+        value.backward()
+        return value
+
+    optimizer.step(loss)
+    assert log.detach().abs().max() < 1e-4
