@@ -3,14 +3,15 @@
 from __future__ import annotations
 
 import math
+from itertools import pairwise
 
 import pytest
 import torch
 from torch import Tensor
 
 from zoo.physics import modes as modes_file
+from zoo.physics.lumps import Lumps
 from zoo.physics.modes import CHUNK, Modes, respond
-from zoo.physics.network import Network, solve
 
 
 def drawn(*batch: int, modes: int = 6, inputs: int = 2, outputs: int = 3, seed: int = 0) -> Modes:
@@ -82,16 +83,20 @@ def test_devices_in_a_batch_are_each_by_themselves() -> None:
         torch.testing.assert_close(shared[i], respond(one, 10.0, inputs[0]), rtol=0, atol=1e-13 * float(shared[i].abs().max()))
 
 
-def test_it_agrees_with_the_network_that_the_modes_are_of() -> None:
-    """Housing, coil and spool, all nodes observed."""
+def test_it_agrees_with_the_exponential_of_the_matrix_that_the_modes_are_of() -> None:
+    """Housing, coil and spool, all observed; stepped with the exponential of the whole system, input and its slope included."""
     capacity = torch.tensor([300.0, 80.0, 120.0], dtype=torch.float64)
     link = torch.tensor([[0.0, 0.4, 0.2], [0.4, 0.0, 0.9], [0.2, 0.9, 0.0]], dtype=torch.float64)
-    body = Network(capacity, link, torch.tensor([0.5, 0.0, 0.0], dtype=torch.float64), torch.zeros(3, dtype=torch.float64))
-    time, air = 10.0 * torch.arange(2000, dtype=torch.float64), 20 + wander(2000) / 10
-    root = capacity.sqrt()
+    body = Lumps(capacity, link, torch.tensor([[0.5], [0.0], [0.0]], dtype=torch.float64), torch.zeros(3, dtype=torch.float64))
+    air, step, root = 20 + wander(2000) / 10, 10.0, capacity.sqrt()
     rate, vectors = torch.linalg.eigh(body.conductance() / root.unsqueeze(1) / root)
-    modes = Modes(rate, vectors.mT @ (body.air / root).unsqueeze(1), vectors / root.unsqueeze(1), torch.zeros(3, 1, dtype=torch.float64))
-    torch.testing.assert_close(respond(modes, 10.0, air.unsqueeze(0)).mT, solve(body, time, air), rtol=0, atol=1e-10)
+    modes = Modes(rate, vectors.mT @ (body.ambient / root.unsqueeze(1)), vectors / root.unsqueeze(1), torch.zeros(3, 1, dtype=torch.float64))
+    joint = torch.zeros(5, 5, dtype=torch.float64)
+    joint[:3, :3], joint[:3, 3:4], joint[3, 4] = -body.conductance() / capacity.unsqueeze(1), body.ambient / capacity.unsqueeze(1), 1.0
+    leap, states = torch.linalg.matrix_exp(joint * step)[:3], [torch.full((3,), float(air[0]), dtype=torch.float64)]
+    for now, after in pairwise(air):
+        states.append(leap @ torch.cat([states[-1], torch.stack([now, (after - now) / step])]))
+    torch.testing.assert_close(respond(modes, step, air.unsqueeze(0)), torch.stack(states, 1), rtol=0, atol=1e-9)
 
 
 def test_gradients_are_those_of_finite_differences() -> None:

@@ -12,7 +12,7 @@ from torch import Tensor
 from torch.autograd.forward_ad import unpack_dual
 from torch.nn.functional import pad
 
-from zoo.physics.network import exponential_weights
+from zoo.physics.exponential import exponential_weights
 
 CHUNK = 24
 """L, samples in a chunk of time; products of matrices with a multiple of 24 columns are the fast ones."""
