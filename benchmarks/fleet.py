@@ -64,6 +64,7 @@ def turn_by_turn() -> None:
 
 
 def main(devices: int) -> None:
+    torch.set_num_threads(1)  # as `fogzoo simulate` does; two gain nothing, and lose much on a busy machine
     turn_by_turn()
     some = [max(1, devices // share) for share in (10, 5, 2)]
     line("gyro", [*some, devices], [*(seconds(count) for count in some), seconds(devices)])

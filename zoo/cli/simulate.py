@@ -25,6 +25,7 @@ from zoo.simulator.settings import Settings
 from zoo.simulator.simulate import fleet
 from zoo.simulator.simulated import Simulated
 from zoo.simulator.simulation import Simulation
+from zoo.training.threads import threads_for
 from zoo.units import symbol
 
 MANY_RUNS, MANY_DEVICES = 4, 100_000
@@ -47,7 +48,14 @@ def run(config: DictConfig, out: Path) -> Path:
     if isinstance(devices, bool) or not isinstance(devices, int) or not 1 <= devices <= MANY_DEVICES:
         raise InputError(f"devices={devices}: a whole number from 1 to {MANY_DEVICES} is possible")
     usable_device(config.torch_device)
-    simulations = _simulations(config)
+    # Two threads gain nothing with some dozens of gyros at once, and lose much on a busy machine.
+    with threads_for(0):
+        _simulated(config, out)
+    return out
+
+
+def _simulated(config: DictConfig, out: Path) -> None:
+    simulations, devices = _simulations(config), config.devices
     if devices == 1:
         simulation = next(simulations)
         quiet = len(simulation.runs) < MANY_RUNS
@@ -58,7 +66,6 @@ def run(config: DictConfig, out: Path) -> Path:
         for simulation in track(simulations, total=devices, description="devices"):
             write(simulation, out / f"device_{simulation.seed:0{len(str(config.seed + devices - 1))}d}")
         Console().print(f"{devices} {simulation.name} {simulation.kind}s, each with its truth.json", highlight=False)
-    return out
 
 
 def _simulations(config: DictConfig) -> Iterator[Simulated]:
