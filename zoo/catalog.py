@@ -66,6 +66,7 @@ def load(group: str, name: str, searchpath: Sequence[Path] = ()) -> DictConfig:
         raise InputError(f"{path}: a mapping was expected, found {type(config).__name__}")
     if isinstance(config.get(group), DictConfig) and group not in LISTS:
         config = config[group]  # a YAML that also chooses from other groups
+    config.pop("defaults", None)  # what it includes are settings that stand at their defaults
     if group in LISTS:
         _check_entry(config, name, f"{group.removesuffix('s')} '{name}' ({path})")
     return config

@@ -208,3 +208,16 @@ def test_absurd_windings_are_refused() -> None:
         wind(MEDIUM, torch.full((32,), -50.0))
     with pytest.raises(InputError, match="more than a layer"):
         wind(MEDIUM, trimmed_m=100.0)
+
+
+@pytest.mark.parametrize("pattern", ["dipolar", "quadrupolar", CROSSOVER_FREE])
+@pytest.mark.parametrize("trimmed_m", [0.0, 0.2])
+def test_gradients_with_respect_to_winding_errors_are_those_of_finite_differences(pattern, trimmed_m) -> None:
+    errors = 0.1 * torch.randn(6, 2, generator=torch.Generator().manual_seed(3), dtype=torch.float64)
+    coil = Coil(6, 4, 0.1, 0.2e-3, 0.25e-3, pattern)
+    assert torch.autograd.gradcheck(lambda value: wind(coil, value, trimmed_m).weights() * 1e8, (errors.requires_grad_(),), rtol=1e-6, eps=1e-4)
+
+
+@pytest.mark.parametrize("pattern", PATTERNS)
+def test_a_single_layer_has_nothing_to_trim(pattern) -> None:
+    assert balancing_trim(Coil(1, 8, 0.1, 0.2e-3, 0.25e-3, pattern), None) == 0.0

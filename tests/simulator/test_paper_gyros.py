@@ -95,3 +95,11 @@ def test_a_papers_gyro_is_one_gyro_and_says_where_its_numbers_are_from(name: str
     spans = {key: value for key, value in vars(gyro).items() if hasattr(value, "source")}
     assert len(spans) > 20
     assert all(span.low == span.high and span.source for span in spans.values())
+
+
+@pytest.mark.parametrize("name", ["qiu2023", "tong2019", "liu2010"])
+def test_what_the_user_asks_for_goes_before_what_the_paper_fixes(name: str) -> None:
+    effect = next(iter(PRESETS[name].fixed))
+    asked = build("gyro", name, effects={effect: 0.123})
+    done = simulate(asked, build("profile", "cycle"), {effect: build("effects", effect)}, runs=1, sample_s=60.0, reference_dph=10.0)
+    assert 0.123 in {abs(value) for value, _ in done.shares[effect].parameters().values()}

@@ -103,13 +103,13 @@ def radial_axial(pack: Pack, around: Lumps, followed: int = FOLLOWED) -> System:
     mean_r, mean_z = (one.volume.unsqueeze(-2) @ shape for one, shape in ((rows, shape_r), (columns, shape_z)))
     sides = torch.cat([_products(ends_r, mean_z), _products(mean_r, shape_z[..., [0, -1], :])], -2)
     pull = _touching(pack, around, (pack.films.unsqueeze(-1) * sides / root).mT)  # (..., modes, lumps)
-    shape = _inner_products(shape_r, shape_z) / root
     height = columns.volume.sum(-1, keepdim=True)
     section = rows.volume.sum(-1, keepdim=True)
     area = torch.cat([rows.area * height, section, section], -1)
     held = around.conductance() + torch.diag_embed(_touching(pack, around, (pack.films * area).unsqueeze(-2)).squeeze(-2))
     slow = _coarsest(pack, followed).to(decay.device)
-    return _synthesised(around, held, decay, pull, shape, slow, (pack.layers, pack.turns))
+    shapes = (shape_r[..., 1:-1, :] / root, shape_z[..., 1:-1, :])  # what the turns themselves see
+    return _synthesised(around, held, decay, pull, shapes, slow, (pack.layers, pack.turns))
 
 
 def _coarsest(pack: Pack, followed: int) -> Tensor:
@@ -121,7 +121,9 @@ def _coarsest(pack: Pack, followed: int) -> Tensor:
     return chosen
 
 
-def _synthesised(around: Lumps, held: Tensor, decay: Tensor, pull: Tensor, shape: Tensor, slow: Tensor, cut: tuple[int, int]) -> System:
+def _synthesised(
+    around: Lumps, held: Tensor, decay: Tensor, pull: Tensor, shapes: tuple[Tensor, Tensor], slow: Tensor, cut: tuple[int, int]
+) -> System:
     """Lumps with the winding's slow modes as states and the fast ones condensed."""
     fast = pull[..., ~slow, :] / decay[..., ~slow].unsqueeze(-1)
     stiffness = held - pull[..., ~slow, :].mT @ fast
@@ -131,9 +133,10 @@ def _synthesised(around: Lumps, held: Tensor, decay: Tensor, pull: Tensor, shape
     corner = torch.cat([torch.cat([own, cross], -1), torch.cat([cross.mT, torch.diag_embed(decay[..., slow])], -1)], -2)
     driven = inverse @ torch.cat([around.ambient, around.power.unsqueeze(-1)], -1)
     drive = torch.cat([driven, driven.new_zeros(*driven.shape[:-2], int(slow.sum()), driven.shape[-1])], -2)
-    still, lagging = shape[..., ~slow] @ fast, -shape[..., ~slow] @ (fast / decay[..., ~slow].unsqueeze(-1))
-    winding = torch.cat([still @ inverse.mT, shape[..., slow]], -1)
-    late = torch.cat([lagging @ inverse.mT, torch.zeros_like(shape[..., slow])], -1)
+    held_back = (pull / decay.unsqueeze(-1)).masked_fill(slow.unsqueeze(-1), 0.0)
+    still, lagging = (_over_turns(shapes, part) @ inverse.mT for part in (held_back, -held_back / decay.unsqueeze(-1)))
+    followed = _chosen_products(shapes, slow)
+    winding, late = torch.cat([still, followed], -1), torch.cat([lagging, torch.zeros_like(followed)], -1)
     lumps = torch.cat([inverse.mT, inverse.new_zeros(*inverse.shape[:-1], int(slow.sum()))], -1)
     return System(corner, drive, lumps, winding, late, cut)
 
@@ -168,9 +171,16 @@ def _products(first: Tensor, second: Tensor) -> Tensor:
     return (first[..., :, None, :, None] * second[..., None, :, None, :]).flatten(-4, -3).flatten(-2)
 
 
-def _inner_products(first: Tensor, second: Tensor) -> Tensor:
-    """The same without the nodes on the faces: what the turns themselves see."""
-    return _products(first[..., 1:-1, :], second[..., 1:-1, :])
+def _over_turns(shapes: tuple[Tensor, Tensor], amplitude: Tensor) -> Tensor:
+    """Modes of amplitude (..., M·N, L) at the turns, (..., R·C, L): along one direction after the other, never all products at once."""
+    across, along = shapes
+    return torch.einsum("...rm,...mnl,...cn->...rcl", across, amplitude.unflatten(-2, (across.shape[-1], along.shape[-1])), along).flatten(-3, -2)
+
+
+def _chosen_products(shapes: tuple[Tensor, Tensor], chosen: Tensor) -> Tensor:
+    """(..., R·C, chosen) shapes of some of the product modes at the turns."""
+    across, along = torch.nonzero(chosen.unflatten(0, (shapes[0].shape[-1], -1)), as_tuple=True)
+    return (shapes[0][..., :, None, across] * shapes[1][..., None, :, along]).flatten(-3, -2)
 
 
 def _joined(around: Lumps, capacity: Tensor, stiffness: Tensor, flow: Tensor, cut: tuple[int, int]) -> System:

@@ -71,14 +71,15 @@ def modes(system: System, watched: Watched) -> Modes:
     return Modes(decay, drive, observe, direct)
 
 
-def field(system: System, step_s: float, inputs: Tensor, samples: Tensor) -> Tensor:
-    """Temperatures of all cells of the winding at chosen samples, switched on and soaked long before the first one.
+def field(system: System, step_s: float, inputs: Tensor, samples: Tensor, start: Tensor | None = None) -> Tensor:
+    """Temperatures of all cells of the winding at chosen samples.
 
     Args:
         system: of one or more devices.
         step_s: from sample to sample [s].
         inputs: (..., U, T) ambient temperatures [°C] and, last, the share of the heating power.
         samples: (K,) which of the T samples.
+        start: (..., X) amplitudes of the system's modes at the first sample; None for the steady state in the first inputs.
 
     Returns:
         (..., K, R, C) [°C].
@@ -86,7 +87,7 @@ def field(system: System, step_s: float, inputs: Tensor, samples: Tensor) -> Ten
     decay, vectors = torch.linalg.eigh(system.stiffness)
     drive = vectors.mT @ system.drive
     each = torch.eye(decay.shape[-1], dtype=decay.dtype, device=decay.device)
-    states = respond(Modes(decay, drive, each, torch.zeros_like(drive)), step_s, inputs)[..., samples]
+    states = respond(Modes(decay, drive, each, torch.zeros_like(drive)), step_s, inputs, start)[..., samples]
     rates = drive @ inputs[..., samples] - decay.unsqueeze(-1) * states
     cells = system.winding @ (vectors @ states) + system.late @ (vectors @ rates)
     return cells.mT.unflatten(-1, system.cut)

@@ -86,21 +86,21 @@ class Winding:
         start: (layers, turns) fibre coordinate s at which each turn begins, from the end of A [m]; turns from one flange to the other.
         length: (layers, turns) of each turn [m].
         supply: (layers, turns) 0 where A laid the turn, 1 where B did.
-        first: fibre coordinate of the first end after trimming [m].
-        last: of the second end [m].
+        first: () fibre coordinate of the first end after trimming [m].
+        last: () of the second end [m].
     """
 
     coil: Coil
     start: Tensor
     length: Tensor
     supply: Tensor
-    first: float
-    last: float
+    first: Tensor
+    last: Tensor
 
     @property
     def fibre_m(self) -> float:
         """L, what is left of the fibre after trimming [m]."""
-        return self.last - self.first
+        return float(self.last - self.first)
 
     def weights(self) -> Tensor:
         """(layers, turns) share of each turn's temperature rate in Shupe's error [rad/s per K/s].
@@ -108,10 +108,11 @@ class Winding:
         Ω = n·n_T/(D·L)·∫₀ᴸ Ṫ(s)·(L − 2s) ds, counted positive where the fibre end of supply A warms first; n_T = dn/dT + n·α, uniform (Shupe 1980,
         Appl. Opt. 19:654). The integral over a turn at one temperature is exact.
         """
-        begin = (self.start - self.first).clamp(0.0, self.fibre_m)
-        end = (self.start + self.length - self.first).clamp(0.0, self.fibre_m)
-        lever = (end - begin) * (self.fibre_m - begin - end)
-        return self.coil.index * self.coil.thermo_optic_per_k / (self.coil.diameter_m * self.fibre_m) * lever
+        fibre = self.last - self.first
+        begin = torch.minimum((self.start - self.first).clamp_min(0.0), fibre)
+        end = torch.minimum((self.start + self.length - self.first).clamp_min(0.0), fibre)
+        lever = (end - begin) * (fibre - begin - end)
+        return self.coil.index * self.coil.thermo_optic_per_k / (self.coil.diameter_m * fibre) * lever
 
     def reversed(self) -> Winding:
         """The same coil with its two ends exchanged."""
@@ -145,10 +146,11 @@ def wind(coil: Coil, errors: Tensor | None = None, trimmed_m: float = 0.0) -> Wi
         end = laid.cumsum(0)
         # A runs from the middle towards s = 0, B towards s = L; the middle is s = 0 here.
         along.flatten()[chosen] = -end if which == 0 else end - laid
-    first, last = float(along.min()), float((along + length).max())
+    first, last = along.min(), (along + length).max()
     if abs(trimmed_m) > float(circumference[-1]) * coil.turns:
         raise InputError(f"coil: trimming {trimmed_m:g} m is more than a layer")
-    return Winding(coil, along - first, length, supply, max(trimmed_m, 0.0), last - first + min(trimmed_m, 0.0))
+    ends = (torch.zeros_like(first) + max(trimmed_m, 0.0), last - first + min(trimmed_m, 0.0))
+    return Winding(coil, along - first, length, supply, *ends)
 
 
 def shupe_weight(winding: Winding) -> float:
@@ -167,6 +169,8 @@ def balancing_trim(coil: Coil, errors: Tensor | None, share: float = 1.0) -> flo
     most = 2 * math.pi * float(coil.radii[-1]) * coil.turns * 0.999
     weight, trim = shupe_weight(wind(coil, errors)), 0.0
     wanted, slope = (1 - share) * weight, (shupe_weight(wind(coil, errors, min(1.0, most))) - weight) / min(1.0, most)
+    if slope == 0:
+        return 0.0  # a single layer has no radial sensitivity to trim
     for _ in range(3):  # all but linear in the trim
         trim = max(-most, min(most, trim + (wanted - shupe_weight(wind(coil, errors, trim))) / slope))
     return trim

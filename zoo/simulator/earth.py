@@ -32,13 +32,22 @@ def earth_rate(latitude_deg: float, axis: str | Sequence[float] = "up") -> float
     """
     if not _finite(latitude_deg) or abs(latitude_deg) > 90:
         raise InputError(f"latitude_deg={latitude_deg}: a number from -90 (south pole) to 90 (north pole) is possible")
-    _, north, up = _direction(_named(axis) if isinstance(axis, str) else axis)
+    _, north, up = direction(axis)
     latitude = math.radians(latitude_deg)
     return convert(EARTH_RAD_PER_S, "rad_per_s", "dph") * (north * math.cos(latitude) + up * math.sin(latitude))
 
 
-def _direction(axis: Sequence[float]) -> tuple[float, float, float]:
-    """East, north and up of the input axis, of length 1."""
+def direction(axis: str | Sequence[float]) -> tuple[float, float, float]:
+    """East, north and up of an input axis, of length 1; up is also the specific force along it at rest [g].
+
+    Args:
+        axis: a name from `AXES` or [east, north, up] of any length.
+
+    Raises:
+        InputError: an axis that is none.
+    """
+    if isinstance(axis, str):
+        return _named(axis)
     if not isinstance(axis, Sequence) or len(axis) != 3 or not all(_finite(one) for one in axis) or not any(axis):
         raise InputError(f"axis={axis}: one of {', '.join(AXES)}, or three finite numbers [east, north, up], not all of them 0, is possible")
     length = math.hypot(*axis)

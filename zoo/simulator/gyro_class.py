@@ -89,7 +89,7 @@ class GyroClass:
 
 DESIGN = ("layers", "turns", "pattern")
 SPANS = tuple(one.name for one in fields(GyroClass) if one.name not in {"name", "effects", "fixed", *DESIGN})
-MOST_TURNS = 1000
+MOST_TURNS = 300
 # What is not named here has to be above 0.
 LEAST = {
     "random_walk": 0.0,
@@ -113,7 +113,7 @@ def changed(base: GyroClass, effects: Mapping[str, Any] | None = None, **changes
 
     Args:
         base: the class.
-        effects: leading amplitudes to change, a number or [low, high] by the effect's name.
+        effects: leading amplitudes to change, a number or [low, high] by the effect's name; nothing of such an effect is fixed any more.
         **changes: parameters to change; None leaves the class's spread, a number fixes, [low, high] spreads.
 
     Raises:
@@ -128,7 +128,8 @@ def changed(base: GyroClass, effects: Mapping[str, Any] | None = None, **changes
         raise InputError(f"gyro.effects={effects}: effect: number or [low, high] is expected")
     sizes = {key: _ends(f"gyro.effects.{key}", value) for key, value in (effects or {}).items()}
     own: dict[str, Any] = {key: _span(getattr(base, key), key, value) if key in SPANS else _design(key, value) for key, value in asked.items()}
-    return replace(base, **own, effects={**base.effects, **sizes})
+    fixed = {name: values for name, values in base.fixed.items() if name not in sizes}
+    return replace(base, **own, effects={**base.effects, **sizes}, fixed=fixed)
 
 
 def _design(key: str, value: Any) -> Any:

@@ -13,7 +13,7 @@ from zoo.errors import InputError, nearest
 from zoo.physics.conduction import FIDELITIES, Pack
 from zoo.physics.lumps import Lumps
 from zoo.physics.modes import Modes, respond
-from zoo.physics.system import System, Watched, modes
+from zoo.physics.system import System, Watched, field, modes
 from zoo.physics.winding import Winding, shupe_weight
 from zoo.simulator.device import Device, stacked
 
@@ -22,6 +22,8 @@ HOUSING, SPOOL = 0, 1
 TOUCHES = (SPOOL, HOUSING, SPOOL, SPOOL)
 FREE_LAYERS = 2.0
 """Depth in layers within which the free surface lets the outermost fibre expand differently, which makes Mohr's effect."""
+BALANCED = 0.02
+"""Share of the outermost layers' weights that is left of them in sum where a winding balances them, and Mohr's effect comes from elsewhere in it."""
 SMALLEST = 1e-9
 """A coil's weight that counts as nothing, relative to that of a coil wound straight through."""
 
@@ -53,6 +55,11 @@ class Heat:
     coil_rate: Tensor
     shupe: Tensor
     mohr: Tensor
+
+    def at(self, place: str) -> Tensor:
+        """(T,) or (B, T) where a thermometer sits [°C]: ``spool``, ``housing``, ``inner_layer``, ``outer_layer`` or ``air``."""
+        found: Tensor = getattr(self, place.removesuffix("_layer"))
+        return found
 
 
 WATCHED = ("housing", "spool", "coil", "inner", "outer", "housing_rate", "coil_rate", "shupe", "mohr")
@@ -115,21 +122,40 @@ def heat(
         soaked_c: air in which the gyro was before [°C]; None for the first of `air`.
     """
     found = modes(system(devices, fidelity, time), watched(devices, time))
-    step = float(time[1] - time[0]) if len(time) > 1 else 1.0
-    before = air[..., :1] if soaked_c is None else torch.full_like(air[..., :1], soaked_c)
-    seen = powered(found, step, air.unsqueeze(-2), before, cold_start)
+    warmed = found.drive[..., -1] / found.rate
+    rise = found.observe @ warmed.unsqueeze(-1) + found.direct[..., -1:]
+    # The heat of the electronics is there throughout; what a cold start lacks of it at first dies away.
+    air_only = Modes(found.rate, found.drive[..., :-1], found.observe, found.direct[..., :-1])
+    seen = respond(air_only, _step(time), air.unsqueeze(-2), _start(found, air, cold_start, soaked_c) - warmed) + rise
     parts = {name: seen[..., place, :] * (SECONDS_PER_MINUTE if name in RATES else 1.0) for place, name in enumerate(WATCHED)}
     return Heat(air, **parts)
 
 
-def powered(found: Modes, step_s: float, air: Tensor, before: Tensor, cold_start: bool) -> Tensor:
-    """(..., O, T) response to the air with the power on: the rise after an infinite time, less what a cold start lacks of it."""
-    warmed = found.drive[..., -1] / found.rate
-    air_only = Modes(found.rate, found.drive[..., :-1], found.observe, found.direct[..., :-1])
-    soaked = (air_only.drive @ before.unsqueeze(-1)).squeeze(-1) / found.rate
-    start = soaked - warmed if cold_start else soaked
-    rise = found.observe @ warmed.unsqueeze(-1) + found.direct[..., -1:]
-    return respond(air_only, step_s, air, start) + rise
+def fields(devices: Sequence[Device], time: Tensor, air: Tensor, samples: Tensor, cold_start: bool = False, soaked_c: float | None = None) -> Tensor:
+    """(B, K, layers, turns) temperatures of all turns at chosen samples [°C].
+
+    Args:
+        devices: B of one design.
+        time: (T,) evenly spaced [s].
+        air: (T,) or (B, T) [°C].
+        samples: (K,) which of the T samples.
+        cold_start: see `heat`.
+        soaked_c: see `heat`.
+    """
+    made = system(devices, "radial_axial", time)
+    start = _start(modes(made, watched(devices, time)), air, cold_start, soaked_c)
+    return field(made, _step(time), torch.stack([air, torch.ones_like(air)], -2), samples, start)
+
+
+def _start(found: Modes, air: Tensor, cold_start: bool, soaked_c: float | None) -> Tensor:
+    """(B, X) amplitudes of the modes at the first sample: soaked in the air before, and with the power on if that was long before."""
+    before = air[..., :1] if soaked_c is None else torch.full_like(air[..., :1], soaked_c)
+    powered = torch.zeros_like(before) if cold_start else torch.ones_like(before)
+    return (found.drive @ torch.stack([before, powered], -2)).squeeze(-1) / found.rate
+
+
+def _step(time: Tensor) -> float:
+    return float(time[1] - time[0]) if len(time) > 1 else 1.0
 
 
 def watched(devices: Sequence[Device], like: Tensor) -> Watched:
@@ -166,9 +192,9 @@ def _sensitivity(winding: Winding) -> float:
 
 def _unevenness(device: Device) -> float:
     """Mohr's effect of an outermost layer whose coefficient is twice the others', 0 where the coil is blind to it [rad/s per K/s]."""
-    weights = device.winding.weights()
-    uneven = float((weights * _freedom(device)).sum())
-    return uneven if abs(uneven) > SMALLEST * float(weights.abs().sum()) else 0.0
+    weights = device.winding.weights() * _freedom(device)
+    uneven = float(weights.sum())
+    return uneven if abs(uneven) > BALANCED * float(weights.abs().sum()) else 0.0
 
 
 def coil_weight(device: Device) -> float:

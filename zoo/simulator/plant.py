@@ -52,7 +52,7 @@ class Scenario:
         """What an effect sees that lives at ``"coil"`` or ``"housing"``."""
         body = self.heat
         # The check run is none of the numbered ones: what happened once, in one of those, does not happen in it.
-        rest = (body.spool, self.reference, self.inputs, self.label if isinstance(self.label, int) else -1)
+        rest = (body.at(self.places[0]), self.reference, self.inputs, self.label if isinstance(self.label, int) else -1)
         if place == "coil":
             return History(self.time, body.coil, body.coil_rate, body.housing - body.coil, *rest)
         return History(self.time, body.housing, body.housing_rate, body.air - body.housing, *rest)
@@ -78,6 +78,11 @@ class Scenario:
         return replace(self, devices=tuple(self.devices[place] for place in places), heat=chosen, inputs=inputs)
 
 
+def air_of(device: Device, program: Program, label: int | str, chamber: Chamber, clock: Tensor) -> Tensor:
+    """(T,) air of a device's chamber in one run [°C], at times (T,) [s] on the CPU."""
+    return chamber.air(program, clock, stream(device.seed, "chamber", label))
+
+
 def scenario(devices: Sequence[Device], program: Program, label: int | str, chamber: Chamber, settings: Settings) -> Scenario:
     """Run a chamber program.
 
@@ -91,7 +96,7 @@ def scenario(devices: Sequence[Device], program: Program, label: int | str, cham
     count = int(program.seconds / settings.sample_s + 1e-9) + 1
     clock = torch.arange(count, dtype=torch.float64) * settings.sample_s
     time = clock.to(settings.torch_device)
-    air = torch.stack([chamber.air(program, clock, stream(device.seed, "chamber", label)) for device in devices]).to(time)
+    air = torch.stack([air_of(device, program, label, chamber, clock) for device in devices]).to(time)
     alike = air[:1].expand_as(air).equal(air)
     inputs = [recorded_inputs(clock, settings.sample_s, device.seed, label) for device in devices]
     return Scenario(

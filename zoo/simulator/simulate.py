@@ -25,9 +25,11 @@ from zoo.simulator.shares import Drawing, Share, choose_hidden, contribution, dr
 from zoo.simulator.simulation import Simulation
 
 AT_ONCE = 50
-"""Devices computed in one batch, which bounds the memory."""
-TURNS_AT_ONCE = 6000
-"""The same for turns with a temperature each, added as squares: the modes of as many take a gigabyte."""
+"""Devices computed in one batch; more gain nothing."""
+ROWS_AT_ONCE = 2_000_000
+"""Rows of all devices and runs in one batch, which bounds the memory: 0.3 GB a million."""
+TURNS_AT_ONCE = 100_000
+"""Turns with a temperature each in one batch: their shapes in the slow modes take a gigabyte."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -84,11 +86,22 @@ def fleet(
     chosen = Settings(**settings)
     chosen.check_programs(profile)
     order = Order(gyro, profile, effects, noise or Noise(), hidden, catalogue or {}, _given(gyro, parameters, effects), chamber or Chamber(), chosen)
-    _check_needs({**effects, **order.catalogue} if isinstance(hidden, int) else effects)
-    at_once = AT_ONCE if chosen.heat != "radial_axial" else max(1, min(AT_ONCE, TURNS_AT_ONCE**2 // (gyro.layers * gyro.turns) ** 2))
+    named = [hidden] if isinstance(hidden, str) else list(hidden) if isinstance(hidden, Sequence) else []
+    _check_needs({**effects, **{name: order.catalogue[name] for name in named if name in order.catalogue}})
+    at_once = _at_once(order)
     for first in range(0, devices, at_once):
         seeds = range(chosen.seed + first, chosen.seed + min(first + at_once, devices))
         yield from _simulated(order, [draw(gyro, seed, len(chosen.places)) for seed in seeds])
+
+
+def _at_once(order: Order) -> int:
+    """How many devices fit into one batch."""
+    labels = range(1, order.settings.runs + 1)
+    seconds = sum(order.profile.of(label).seconds for label in labels) + order.profile.check.seconds
+    most = min(AT_ONCE, int(ROWS_AT_ONCE * order.settings.sample_s / seconds))
+    if order.settings.heat == "radial_axial":
+        most = min(most, TURNS_AT_ONCE // (order.gyro.layers * order.gyro.turns))
+    return max(1, most)
 
 
 def _given(gyro: GyroClass, parameters: Any, effects: Mapping[str, Effect]) -> Any:

@@ -9,7 +9,8 @@ from dataclasses import dataclass
 import torch
 from torch import Tensor
 
-BITS = 63
+BITS = 32
+"""Torch uses no more of a seed: of ten thousand streams hardly one pair is alike, of a million some hundred pairs."""
 
 
 def stream(seed: int, *labels: object) -> torch.Generator:
@@ -20,7 +21,7 @@ def stream(seed: int, *labels: object) -> torch.Generator:
         labels: what the numbers are for.
     """
     text = "/".join(str(one) for one in (seed, *labels))
-    number = int.from_bytes(hashlib.sha256(text.encode()).digest()[:8], "big") >> (64 - BITS)
+    number = (int.from_bytes(hashlib.sha256(text.encode()).digest()[:8], "big") >> 1) % 2**BITS
     return torch.Generator().manual_seed(number)
 
 

@@ -15,7 +15,6 @@ from zoo.simulator.streams import normal, stream
 
 COLUMNS = {"housing": "outer"}
 """Names of thermometers that are not called after their place."""
-PARTS = {"inner_layer": "inner", "outer_layer": "outer"}
 
 
 def quantised(value: Tensor, step: float) -> Tensor:
@@ -57,7 +56,7 @@ def readings(device: Device, run: Scenario, row: int, places: Sequence[str], noi
     table = {}
     for number, (place, sensor) in enumerate(zip(places, device.sensors, strict=True)):
         column = "temperature_c" if number == 0 else f"temperature_{COLUMNS.get(place, place)}_c"
-        body = getattr(run.heat, PARTS.get(place, place))
+        body = run.heat.at(place)
         chance = stream(device.seed, "thermometer", column, run.label)
         table[column] = reading(run.time.cpu(), (body[row] if body.dim() > 1 else body).cpu(), sensor, noise, chance)
     return table

@@ -9,12 +9,11 @@ import numpy as np
 import torch
 from torch import Tensor
 
-from zoo.physics.system import field
 from zoo.report.truth.moments import Moment, moments
-from zoo.simulator.heat import system
+from zoo.simulator.heat import fields
+from zoo.simulator.plant import air_of
 from zoo.simulator.recorded import Recorded
 from zoo.simulator.simulation import Simulation
-from zoo.simulator.streams import stream
 from zoo.units import convert
 
 LABEL = 1
@@ -81,15 +80,10 @@ def temperatures(simulation: Simulation, samples: Sequence[int]) -> Tensor:
         (K, layers, turns) [°C].
     """
     run, device = pictured(simulation), simulation.device
-    time = run.table["time_s"][: max(samples) + 1]
-    air = simulation.chamber.air(run.program, run.table["time_s"], stream(device.seed, "chamber", LABEL))[: len(time)]
-    # One row more at the start: soaked in the first set point, and without power before a cold start, where it then comes on over two rows.
-    air = torch.cat([run.program.asked(time[:1]), air])
-    power = torch.ones_like(air)
-    if simulation.settings.cold_start:
-        power[:2] = torch.tensor([0.0, 0.5])
-    seen = torch.tensor(samples) + 1
-    return field(system([device], "radial_axial", time), simulation.settings.sample_s, torch.stack([air, power]), seen).squeeze(0)
+    time = run.table["time_s"]
+    air = air_of(device, run.program, LABEL, simulation.chamber, time)[: max(samples) + 1]
+    soaked_c, cold_start = float(run.program.asked(time[:1])), simulation.settings.cold_start
+    return fields([device], time[: len(air)], air, torch.tensor(samples), cold_start, soaked_c).squeeze(0)
 
 
 def over_fibre(simulation: Simulation, turns: Tensor) -> Tensor:

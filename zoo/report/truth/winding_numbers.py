@@ -47,7 +47,7 @@ def excess_turns(winding: Winding) -> np.ndarray:
 def trimmed(winding: Winding) -> tuple[float, str]:
     """How much fibre was cut off [m], and whose end of it; exactly 0 for none."""
     whole = float(winding.length.sum())
-    cut, end = max((winding.first, "A"), (whole - winding.last, "B"))
+    cut, end = max((float(winding.first), "A"), (whole - float(winding.last), "B"))
     return (cut, end) if cut > ROUNDED * whole else (0.0, end)
 
 
