@@ -1,18 +1,23 @@
-"""Linear heat flow in its modes: exact for inputs that are linear between samples, many devices at once, only what is asked for computed."""
+"""Linear heat flow in its modes: exact for inputs that are linear between samples, many devices at once, only what is asked for computed.
+
+With a = e^(−λh), φ1 and φ2 as in an exponential integrator (Hochbruck & Ostermann 2010, Acta Numerica 19:209) and x = z − hφ2·b·u the state obeys
+x[k+1] = a·x[k] + g·u[k]. Time is cut into chunks. The inputs in a chunk and in a window before it act through a Toeplitz matrix, all earlier ones
+through the states of those modes that outlast the window; all of it in matrix products over chunks and devices.
+"""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterator
 from dataclasses import dataclass
+from itertools import pairwise
 
-import numpy as np
 import torch
 from torch import Tensor
-from torch.autograd.forward_ad import unpack_dual
 from torch.nn.functional import pad
 
 from zoo.physics.exponential import exponential_weights
+from zoo.physics.pieces import is_followed, joined, turns
 
 CHUNK = 24
 """L, samples in a chunk of time; products of matrices with a multiple of 24 columns are the fast ones."""
@@ -40,13 +45,13 @@ class Modes:
     observe: Tensor
     direct: Tensor
 
+    def __getitem__(self, some: slice) -> Modes:
+        """Some of the devices."""
+        return Modes(self.rate[some], self.drive[some], self.observe[some], self.direct[some])
+
 
 def respond(modes: Modes, step_s: float, inputs: Tensor, start: Tensor | None = None) -> Tensor:
     """Outputs for inputs that are linear between evenly spaced samples, exact at any step.
-
-    With a = e^(−λh), φ1 and φ2 as in an exponential integrator (Hochbruck & Ostermann 2010, Acta Numerica 19:209) and x = z − hφ2·b·u the state
-    obeys x[k+1] = a·x[k] + g·u[k]. Time is cut into chunks. The inputs in a chunk and in a window before it act through a Toeplitz matrix, all
-    earlier ones through the states of those modes that outlast the window; all of it in matrix products over chunks and devices.
 
     Args:
         modes: of B devices.
@@ -61,15 +66,10 @@ def respond(modes: Modes, step_s: float, inputs: Tensor, start: Tensor | None = 
         start = (modes.drive @ inputs[..., :1]).squeeze(-1) / modes.rate
     parts = [(modes.rate, 1), (modes.drive, 2), (modes.observe, 2), (modes.direct, 2), (start, 1)]
     batch = torch.broadcast_shapes(inputs.shape[:-2], *(part.shape[: part.dim() - tail] for part, tail in parts))
-    flat = [_flat(part, batch, tail) for part, tail in parts]
+    *flat, begin = (_flat(part, batch, tail) for part, tail in parts)
     driving = _flat(inputs, () if inputs.shape[:-2].numel() == 1 else batch, 2)
-    shape = (math.prod(batch), modes.observe.shape[-2], inputs.shape[-1])
-    pieces = _pieces(Modes(*flat[:4]), step_s, driving, flat[4])
-    if _is_followed(*flat, driving):
-        answer = torch.cat([piece.flatten(-2)[..., : shape[-1]] for piece in pieces])
-    else:
-        answer = _written(pieces, _blank(shape, flat[0]))
-    return answer.reshape(*batch, *shape[1:])
+    shape = (len(begin), modes.observe.shape[-2], inputs.shape[-1])
+    return joined(_pieces(Modes(*flat), step_s, driving, begin), shape).reshape(*batch, *shape[1:])
 
 
 def _flat(part: Tensor, batch: tuple[int, ...], tail: int) -> Tensor:
@@ -78,23 +78,13 @@ def _flat(part: Tensor, batch: tuple[int, ...], tail: int) -> Tensor:
     return part.reshape(1, *shape) if not batch else part.expand(*batch, *shape).reshape(math.prod(batch), *shape)
 
 
-def _is_followed(*parts: Tensor) -> bool:
-    """Whether derivatives are asked for, backward or forward."""
-    return torch.is_grad_enabled() and any(part.requires_grad or unpack_dual(part).tangent is not None for part in parts)
-
-
-def _turns(total: int, size: int) -> Iterator[slice]:
-    """So many of the devices after so many."""
-    size = max(size, 1)
-    return (slice(first, first + size) for first in range(0, total, size))
-
-
 def _pieces(modes: Modes, step_s: float, inputs: Tensor, start: Tensor) -> Iterator[Tensor]:
     """(b, O, C, L) outputs in whole chunks, some devices after others; inputs (1 or B, U, T)."""
     windows = _windows(inputs[:1])
-    for some in _turns(len(modes.rate), STATES_AT_ONCE // (windows.shape[1] * modes.rate.shape[-1])):
-        devices = Modes(modes.rate[some], modes.drive[some], modes.observe[some], modes.direct[some])
-        yield from _outputs(devices, step_s, windows if len(inputs) == 1 else _windows(inputs[some]), start[some])
+    for some in turns(len(start), STATES_AT_ONCE // (windows.shape[1] * start.shape[-1])):
+        terms = _terms(modes[some], step_s, windows if len(inputs) == 1 else _windows(inputs[some]), start[some])
+        for few in turns(len(terms.near), torch.get_num_threads() * (OUTPUTS_AT_ONCE // (windows.shape[1] * terms.near.shape[-1]))):
+            yield terms.summed(few).unflatten(-1, (-1, CHUNK)).transpose(1, 2)
 
 
 def _windows(inputs: Tensor) -> Tensor:
@@ -105,24 +95,52 @@ def _windows(inputs: Tensor) -> Tensor:
     return padded.unfold(-1, WINDOW + CHUNK, CHUNK).transpose(1, 2).contiguous()
 
 
-def _outputs(modes: Modes, step_s: float, windows: Tensor, start: Tensor) -> Iterator[Tensor]:
-    """As `_pieces`, of devices few enough for all their states."""
+@dataclass(frozen=True, eq=False)
+class _Terms:
+    """Outputs in chunks as sums of products, y = inputs·near + states·far, and free in the first chunk.
+
+    Of sample i of a chunk, counted from 0, with the window from sample −W on:
+        inputs·near = (c·hφ2·b + d)·u[i] + Σ c·a^(j−1)·g·u[i−j] over j = 1…W + i,
+        states·far = c·a^(W+i)·x[−W] without what is left of the start in the first chunk,
+        free = c·a^i·x[0].
+
+    Attributes:
+        inputs: (B, C, U·(W + L)) of each window and its chunk.
+        near: (B, U·(W + L), O·L).
+        states: (B, C, N) of the modes that outlast a window.
+        far: (B, N, O·L).
+        free: (B, O·L).
+    """
+
+    inputs: Tensor
+    near: Tensor
+    states: Tensor
+    far: Tensor
+    free: Tensor
+
+    def summed(self, some: slice) -> Tensor:
+        """(b, C, O·L) of some devices."""
+        outputs = torch.bmm(self.inputs[some], self.near[some]).baddbmm_(self.states[some], self.far[some])
+        outputs[:, 0] += self.free[some]
+        return outputs
+
+
+def _terms(modes: Modes, step_s: float, windows: Tensor, start: Tensor) -> _Terms:
+    """Of some devices; windows as of `_windows`."""
     depth = modes.rate * step_s
     late, gain = _weights(depth, step_s, modes.drive)
     power = torch.exp(-depth.unsqueeze(-1) * torch.arange(WINDOW + CHUNK + 1, dtype=depth.dtype, device=depth.device))
     begin = start - (late @ windows[:, 1, :, WINDOW].unsqueeze(-1)).squeeze(-1)
     slow = (depth.amin(0) * WINDOW < GONE).nonzero().squeeze(-1)
-    states = _states(power[:, slow], gain[:, slow], windows[:, :-1, :, :CHUNK], begin[:, slow])
     at_once = (modes.observe @ late + modes.direct).unsqueeze(-1)
     later = (modes.observe.unsqueeze(-2) * gain.mT.unsqueeze(-3)) @ power[..., : WINDOW + CHUNK - 1].unsqueeze(-3)
-    near = _toeplitz(torch.cat([at_once, later], -1))
-    far = (modes.observe[..., slow].mT.unsqueeze(-1) * power[:, slow, WINDOW:-1].unsqueeze(-2)).flatten(-2)  # (B, N, O·L)
-    free = ((modes.observe * begin.unsqueeze(-2)) @ power[..., :CHUNK]).flatten(-2)
-    inputs = windows[:, 1:].flatten(-2).expand(len(depth), -1, -1)
-    for some in _turns(len(depth), torch.get_num_threads() * (OUTPUTS_AT_ONCE // (inputs.shape[1] * near.shape[-1]))):
-        outputs = torch.bmm(inputs[some], near[some]).baddbmm_(states[:, some].transpose(0, 1), far[some])
-        outputs[:, 0] += free[some]
-        yield outputs.unflatten(-1, (-1, CHUNK)).transpose(1, 2)
+    return _Terms(
+        inputs=windows[:, 1:].flatten(-2).expand(len(depth), -1, -1),
+        near=_toeplitz(torch.cat([at_once, later], -1)),
+        states=_states(power[:, slow], gain[:, slow], windows[:, :-1, :, :CHUNK], begin[:, slow]),
+        far=(modes.observe[..., slow].mT.unsqueeze(-1) * power[:, slow, WINDOW:-1].unsqueeze(-2)).flatten(-2),
+        free=((modes.observe * begin.unsqueeze(-2)) @ power[..., :CHUNK]).flatten(-2),
+    )
 
 
 def _weights(depth: Tensor, step_s: float, drive: Tensor) -> tuple[Tensor, Tensor]:
@@ -139,44 +157,34 @@ def _toeplitz(kernel: Tensor) -> Tensor:
 
 
 def _states(power: Tensor, gain: Tensor, passed: Tensor, begin: Tensor) -> Tensor:
-    """(C, B, N) x where each chunk's window begins, from the (B, C, U, L) inputs since the one before; nothing for the first chunk."""
+    """(B, C, N) x where each chunk's window begins, from the (B, C, U, L) inputs since the one before; nothing for the first chunk."""
     weights = (gain.unsqueeze(-1) * power[..., :CHUNK].flip(-1).unsqueeze(-2)).flatten(-2)  # (B, N, U·L)
     passed = passed.flatten(-2)
     shared = len(passed) == 1
     added = (passed[0] @ weights.flatten(0, 1).mT).unflatten(-1, begin.shape) if shared else (passed @ weights.mT).transpose(0, 1)
     added[1:2] += power[..., CHUNK - WINDOW] * begin
-    return _decaying_sums(power[..., CHUNK], added)
+    return _decaying_sums(power[..., CHUNK], added).transpose(0, 1)
 
 
 def _decaying_sums(decay: Tensor, added: Tensor) -> Tensor:
-    """(C, ...) x[k] = decay·x[k−1] + added[k]: in ⌊√C⌋ groups side by side, then from group to group; in place where nobody follows."""
-    keep = _is_followed(decay, added)
-    columns = added.unflatten(0, (-1, math.isqrt(len(added)))).unbind(1)
+    """(C, ...) x[k] = decay·x[k−1] + added[k] from x[−1] = 0: in ⌊√C⌋ groups side by side, then what enters each of them from the one before."""
+    groups = _within(decay, added.unflatten(0, (-1, math.isqrt(len(added)))))
+    size = groups.shape[1]
+    entering = [torch.zeros_like(decay)]
+    for last in groups[:-1, -1].unbind():
+        entering.append(torch.addcmul(last, decay**size, entering[-1]))
+    shares = torch.stack([decay**place for place in range(1, size + 1)])
+    return groups.addcmul_(shares, torch.stack(entering).unsqueeze(1)).flatten(0, 1)
+
+
+def _within(decay: Tensor, added: Tensor) -> Tensor:
+    """(G, C, ...) x[:, k] = decay·x[:, k−1] + added[:, k] from x[:, −1] = 0; in the memory of `added` where nobody asks for derivatives."""
+    columns = added.unbind(1)
+    if not is_followed(added):
+        for before, column in pairwise(columns):
+            column.addcmul_(decay, before)
+        return added
     sums = [columns[0]]
     for column in columns[1:]:
-        sums.append(torch.addcmul(column, decay, sums[-1], out=None if keep else column))
-    leap, before = decay ** len(columns), [torch.zeros_like(decay)]
-    for last in sums[-1][:-1]:
-        before.append(torch.addcmul(last, leap, before[-1]))
-    entering, share = torch.stack(before), decay
-    for place, own in enumerate(sums):
-        sums[place] = torch.addcmul(own, share, entering, out=None if keep else own)
-        share = share * decay
-    return torch.stack(sums, 1).flatten(0, 1) if keep else added
-
-
-def _blank(shape: tuple[int, ...], like: Tensor) -> Tensor:
-    """Memory for the answer. NumPy asks the system for large pages and torch does not; writing it for the first time is three times as fast."""
-    if like.device.type != "cpu":
-        return like.new_empty(shape)
-    return torch.from_numpy(np.empty(shape, like.new_empty(0).numpy().dtype))
-
-
-def _written(pieces: Iterable[Tensor], answer: Tensor) -> Tensor:
-    """The pieces one after another in the answer's memory."""
-    first, whole = 0, answer.shape[-1] // CHUNK
-    for piece in pieces:
-        part, first = answer[first : first + len(piece)], first + len(piece)
-        part[..., : whole * CHUNK].unflatten(-1, (whole, CHUNK)).copy_(piece[..., :whole, :])
-        part[..., whole * CHUNK :] = piece[..., whole:, :].flatten(-2)[..., : answer.shape[-1] - whole * CHUNK]
-    return answer
+        sums.append(torch.addcmul(column, decay, sums[-1]))
+    return torch.stack(sums, 1)

@@ -10,6 +10,7 @@ from torch import Tensor
 
 from zoo.errors import InputError, nearest
 from zoo.physics.recurrence import affine
+from zoo.simulator.given import check_number
 from zoo.simulator.program import Program
 from zoo.simulator.streams import normal, uniform
 
@@ -52,9 +53,7 @@ class Chamber:
             InputError: names the key, what was given and what is possible.
         """
         for key, (low, high) in RANGES.items():
-            value = getattr(self, key)
-            if isinstance(value, bool) or not isinstance(value, (int, float)) or not low <= value <= high:
-                raise InputError(f"chamber.{key}={value}: a number from {low:g} to {high:g} is possible")
+            check_number(f"chamber.{key}", getattr(self, key), low, high)
         if self.fan not in FANS:
             raise InputError(f"chamber.fan={self.fan}: {nearest(str(self.fan), FANS)}")
         if self.overshoot > 0 and self.lag_s == 0:

@@ -9,6 +9,7 @@ from typing import Any
 
 from zoo.errors import InputError, nearest
 from zoo.physics.winding import PATTERNS
+from zoo.simulator.given import check_number
 from zoo.simulator.streams import Span
 
 
@@ -138,8 +139,7 @@ def _design(key: str, value: Any) -> Any:
         if value not in PATTERNS:
             raise InputError(f"gyro.pattern={value}: {nearest(str(value), PATTERNS)}")
         return value
-    if isinstance(value, bool) or not isinstance(value, int) or not 1 <= value <= MOST_TURNS:
-        raise InputError(f"gyro.{key}={value}: a whole number from 1 to {MOST_TURNS} is possible")
+    check_number(f"gyro.{key}", value, 1, MOST_TURNS, whole=True)
     return value
 
 

@@ -7,11 +7,13 @@ from collections.abc import Iterator, Sequence
 from itertools import pairwise
 
 from zoo.errors import InputError
+from zoo.simulator.given import check_number, check_numbers, is_number
 from zoo.simulator.program import LEG, Campaign, Program
 from zoo.units import convert
 
 SECONDS_PER_MINUTE = 60.0
 LEGS_A_PERIOD = 96
+STOP = "[to °C, K/min > 0, seconds of hold >= 0]"
 Rows = Sequence[Sequence[float]]
 
 
@@ -42,6 +44,8 @@ def tour(start_c: float, stops: Rows, start_s: float = 3600.0) -> Campaign:
     Raises:
         InputError: a stop that is not three numbers, a rate that is not positive; see `Program`.
     """
+    check_numbers("profile", start_c=start_c, start_s=start_s)
+    _check_rows(stops, "profile.stops", STOP, "[[60,1.0,3600],[20,1.0,3600]]")
     program = Program(tuple(_toured(start_c, stops, start_s)))
     return Campaign((program,), program.reversed())
 
@@ -59,6 +63,7 @@ def staircase(low_c: float, high_c: float, step_k: float, k_per_min: float, hold
     Raises:
         InputError: levels that are not in order, a step or a rate that is not positive; see `Program`.
     """
+    check_numbers("profile", low_c=low_c, high_c=high_c, step_k=step_k, k_per_min=k_per_min, hold_s=hold_s)
     if not (low_c < high_c and step_k > 0):
         raise InputError(f"profile: a staircase from {low_c:g} to {high_c:g} °C in steps of {step_k:g} K; give low_c < high_c and step_k > 0")
     count = math.ceil((high_c - low_c) / step_k - 1e-9)
@@ -82,7 +87,8 @@ def cycle(low_c: float, high_c: float, start_c: float, k_per_min: float, hold_s:
     Raises:
         InputError: fewer than one cycle; see `tour`.
     """
-    _check_cycles(cycles)
+    check_numbers("profile", low_c=low_c, high_c=high_c, start_c=start_c, k_per_min=k_per_min, hold_s=hold_s)
+    check_number("profile.cycles", cycles, 1, 1000, whole=True)
     return tour(start_c, [(high_c, k_per_min, hold_s), (low_c, k_per_min, hold_s), (start_c, k_per_min, hold_s)] * cycles, hold_s)
 
 
@@ -99,7 +105,8 @@ def sine(mean_c: float, amplitude_k: float, period_s: float, cycles: int = 1, st
     Raises:
         InputError: not 1 to 1000 cycles; see `Program`.
     """
-    _check_cycles(cycles)
+    check_numbers("profile", mean_c=mean_c, amplitude_k=amplitude_k, period_s=period_s, start_s=start_s)
+    check_number("profile.cycles", cycles, 1, 1000, whole=True)
     swing = [mean_c + amplitude_k * math.sin(2 * math.pi * (place % LEGS_A_PERIOD) / LEGS_A_PERIOD) for place in range(LEGS_A_PERIOD * cycles + 1)]
     program = Program((*_toured(mean_c, (), start_s), *((*ends, period_s / LEGS_A_PERIOD) for ends in pairwise(swing))))
     return Campaign((program,), program.reversed())
@@ -120,11 +127,6 @@ def campaign(runs: Sequence[Campaign], check: Campaign) -> Campaign:
     return Campaign(tuple(one.of(1) for one in runs), check.of(1))
 
 
-def _check_cycles(cycles: int) -> None:
-    if not (isinstance(cycles, int) and 1 <= cycles <= 1000):
-        raise InputError(f"profile.cycles={cycles}: 1 to 1000 is possible")
-
-
 def _program(legs: Rows, rates: Rows, keys: tuple[str, str]) -> Program:
     _check_rows(legs, keys[0], LEG, "[[20,20,3600],[20,60,2400]]")
     _check_rows(rates, keys[1], "[°/s, seconds]", "[[-10,600],[10,600]]")
@@ -139,8 +141,8 @@ def _check_rows(rows: Rows, key: str, row: str, such_as: str) -> None:
 
 def _toured(start_c: float, stops: Rows, start_s: float) -> Iterator[tuple[float, float, float]]:
     for stop in stops:
-        if len(stop) != 3 or stop[1] <= 0 or stop[2] < 0:
-            raise InputError(f"stop {list(stop)} of the program: [to °C, K/min > 0, seconds of hold >= 0] is expected")
+        if len(stop) != 3 or not all(map(is_number, stop)) or stop[1] <= 0 or stop[2] < 0:
+            raise InputError(f"stop {list(stop)} of the program: {STOP} is expected")
     if start_s > 0:
         yield start_c, start_c, start_s
     for before, (to_c, k_per_min, hold_s) in pairwise([(start_c, 0.0, 0.0), *stops]):

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 
 from zoo.errors import InputError
+from zoo.simulator.given import check_number, check_numbers
 from zoo.simulator.profiles import tour
 from zoo.simulator.program import Campaign, Program
 from zoo.units import convert
@@ -26,6 +27,9 @@ def rate_table(levels_c: Sequence[float], soak_s: float, rates_dps: Sequence[flo
     for key, values in (("levels_c", levels_c), ("rates_dps", rates_dps)):
         if isinstance(values, str) or not isinstance(values, Sequence) or not values:
             raise InputError(f"profile.{key}={values}: a list of one number or more is expected")
+        for place, value in enumerate(values, 1):
+            check_number(f"profile.{key}, number {place}", value)
+    check_numbers("profile", soak_s=soak_s, point_s=point_s, k_per_min=k_per_min)
     if not (soak_s >= 0 and point_s > 0):
         raise InputError(f"profile: soak_s={soak_s}, point_s={point_s}; soak_s >= 0 and point_s > 0 are possible")
     turns = [(convert(rate, "dps", "dph"), point_s) for rate in rates_dps]

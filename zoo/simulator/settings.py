@@ -9,6 +9,7 @@ from dataclasses import dataclass
 from zoo.errors import InputError, nearest
 from zoo.physics.conduction import FIDELITIES
 from zoo.simulator.earth import earth_rate
+from zoo.simulator.given import check_number
 from zoo.simulator.program import Campaign
 
 MOST_RUNS = 1000
@@ -53,14 +54,14 @@ class Settings:
         Raises:
             InputError: names the key, what was given and what is possible.
         """
-        _whole("runs", self.runs, 1, MOST_RUNS)
-        _whole("seed", self.seed, 0, 2**63 - 1)
-        _number("sample_s", self.sample_s, 1e-6, math.inf)
-        _number("reference_dph", self.reference_dph, -1e9, 1e9)
+        check_number("runs", self.runs, 1, MOST_RUNS, whole=True)
+        check_number("seed", self.seed, 0, 2**63 - 1, whole=True)
+        check_number("sample_s", self.sample_s, 1e-6, math.inf)
+        check_number("reference_dph", self.reference_dph, -1e9, 1e9)
         if not isinstance(self.cold_start, bool):
             raise InputError(f"cold_start={self.cold_start}: true or false is possible")
         if self.amplitude is not None:
-            _number("amplitude", self.amplitude, 0.0, 1e9)
+            check_number("amplitude", self.amplitude, 0.0, 1e9)
         if self.heat not in FIDELITIES:
             raise InputError(f"heat={self.heat}: {nearest(str(self.heat), FIDELITIES)}")
         _ = self.places, self.constant_rate
@@ -93,13 +94,3 @@ class Settings:
                 raise InputError(f"sample_s={self.sample_s:g}: is longer than a run of {program.seconds:g} s; a run needs at least two rows")
             if rows > MOST_ROWS:
                 raise InputError(f"sample_s={self.sample_s:g}: makes {rows:.3g} rows of a run; at most {MOST_ROWS} are possible")
-
-
-def _whole(key: str, value: object, low: int, high: int) -> None:
-    if isinstance(value, bool) or not isinstance(value, int) or not low <= value <= high:
-        raise InputError(f"{key}={value}: a whole number from {low} to {high} is possible")
-
-
-def _number(key: str, value: object, low: float, high: float) -> None:
-    if isinstance(value, bool) or not isinstance(value, (int, float)) or not low <= value <= high or not math.isfinite(value):
-        raise InputError(f"{key}={value}: a number from {low:g} {f'to {high:g}' if math.isfinite(high) else 'up'} is possible")

@@ -6,6 +6,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
 from zoo.errors import InputError
+from zoo.simulator.given import check_number
 from zoo.simulator.program import Campaign, Program
 
 MOST_COUNTS = 100_000
@@ -76,15 +77,3 @@ class PowerOn:
         if not 2 <= asked.counts <= MOST_COUNTS:
             raise InputError(f"sample_s={self.sample_s:g}: makes {asked.counts} counts of {asked.seconds:g} s; 2 to {MOST_COUNTS} are possible")
         return asked
-
-
-def check_number(key: str, value: object, low: float, high: float, unit: str = "", whole: bool = False) -> None:
-    """Refuse what is no number, not whole where it should be, or out of range.
-
-    Raises:
-        InputError: names the key, what was given and what is possible.
-    """
-    kinds = int if whole else (int, float)
-    if isinstance(value, bool) or not isinstance(value, kinds) or not low <= value <= high:
-        span = f"{low} to {high}" if whole else f"{low:g} to {high:g}"
-        raise InputError(f"{key}={value}: a {'whole ' if whole else ''}number from {span}{unit} is possible")

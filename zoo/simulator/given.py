@@ -1,0 +1,38 @@
+"""Numbers that a user gave, refused where they enter if they are none."""
+
+from __future__ import annotations
+
+import math
+
+from zoo.errors import InputError
+
+
+def is_number(value: object) -> bool:
+    """Whether it is a finite number; true and false are none."""
+    return isinstance(value, (int, float)) and not isinstance(value, bool) and math.isfinite(value)
+
+
+def check_number(key: str, value: object, low: float = -math.inf, high: float = math.inf, unit: str = "", whole: bool = False) -> None:
+    """Refuse what is no number, not whole where it should be, or out of range.
+
+    Raises:
+        InputError: names the key, what was given and what is possible.
+    """
+    if is_number(value) and (not whole or isinstance(value, int)) and low <= value <= high:  # type: ignore[operator]
+        return
+    kind = "whole number" if whole else "number"
+    if not is_number(value) and (low, high) == (-math.inf, math.inf):
+        raise InputError(f"{key}={value}: a finite {kind} is expected")
+    ends = [f"{end}" if whole else f"{end:g}" for end in (low, high)]
+    span = f"up to {ends[1]}" if low == -math.inf else f"from {ends[0]} up" if high == math.inf else f"from {ends[0]} to {ends[1]}"
+    raise InputError(f"{key}={value}: a {kind} {span}{unit} is possible")
+
+
+def check_numbers(group: str, **values: object) -> None:
+    """Refuse what is no finite number, by the names of the keys in a group of settings.
+
+    Raises:
+        InputError: see `check_number`.
+    """
+    for key, value in values.items():
+        check_number(f"{group}.{key}", value)
