@@ -1,1 +1,1 @@
-"""Heat and time: lags, recurrences, heat networks. SI and float64, differentiable."""
+"""Heat and time: lags, recurrences, heat conduction, windings. SI and float64, differentiable."""

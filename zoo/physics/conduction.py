@@ -145,7 +145,10 @@ FIDELITIES: Mapping[str, Callable[[Pack, Lumps], System]] = {"lumped": lumped, "
 
 
 def _to_middle(pack: Pack) -> Tensor:
-    """(..., 4) share of a film's conductance that is left from each face to the mean of the half that it heats: a slab's d/(6k) behind it."""
+    """(..., 4) share of a film's conductance that is left from each face to the mean of the half that it heats: a slab's d/(6k) behind it.
+
+    Right where both faces of a direction are heated alike; where only one is, the way is twice as long.
+    """
     thickness, height = pack.layer_pitch_m * pack.layers, pack.turn_pitch_m * pack.turns
     depth = torch.stack([thickness, thickness, height, height], -1)
     return 1 / (1 + pack.films * depth / (6 * pack.conductivity.unsqueeze(-1)))

@@ -9,7 +9,7 @@ REFERENCE_K = 293.15
 
 
 def silica_capacity(celsius: Tensor) -> Tensor:
-    """Specific heat of silica glass: the parabola through 543, 745 and 905 J/kg/K at 200, 300 and 400 K; 0.84 at −40 °C, 1.09 at 60 °C.
+    """Specific heat of silica glass: the parabola through 543, 745 and 905 J/kg/K at 200, 300 and 400 K; 0.84 at −40 °C, 1.10 at 60 °C.
 
     543 of NBS Monograph 21 (Corruccini & Gniewek 1960), the others of Incropera, table A.2. Quartz, the crystal, has 742 and 889 at 298 and 400 K
     (Chase 1998, in NIST's WebBook).

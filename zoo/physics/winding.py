@@ -127,7 +127,8 @@ def wind(coil: Coil, errors: Tensor | None = None, trimmed_m: float = 0.0) -> Wi
 
     Args:
         coil: geometry and pattern.
-        errors: (layers,) or (layers, 2) fibre that a layer has too much, by layer or by layer and supply, in turns; spread over the layer's turns.
+        errors: (layers,) or (layers, 2) fibre that a layer has too much, by layer or by layer and supply, in turns of a layer that one supply lays
+            alone; spread over its turns.
         trimmed_m: fibre cut off at the end of A (negative: of B) to move the optical middle [m].
 
     Raises:

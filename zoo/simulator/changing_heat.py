@@ -17,7 +17,7 @@ from zoo.simulator.heat import HOUSING, SECONDS_PER_MINUTE, SPOOL, WATCHED, Heat
 
 @dataclass(frozen=True, eq=False)
 class Balance:
-    """Housing, spool and, layer by layer with both faces, winding; every conductance has the mean temperature of its two ends.
+    """Housing, spool and, layer by layer with both faces, winding; conductances between layers have the mean temperature of their ends, flanges that of the layer.
 
     Attributes:
         device: with coefficients of 20 °C.

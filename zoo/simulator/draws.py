@@ -44,8 +44,8 @@ class Scene:
     Attributes:
         runs: how many runs are fitted.
         seconds: length of the shortest [s].
-        low_c: coldest air [°C].
-        high_c: hottest air [°C].
+        low_c: coldest temperature of the coil [°C].
+        high_c: hottest one [°C].
     """
 
     runs: int

@@ -117,7 +117,7 @@ def heat(
         devices: B of one design.
         time: (T,) evenly spaced [s].
         air: (T,) or (B, T) [°C].
-        cold_start: switched on at the first sample; otherwise long before.
+        cold_start: whether the body begins as cold as the air, and not warmed through by its electronics.
         fidelity: one of `FIDELITIES`.
         soaked_c: air in which the gyro was before [°C]; None for the first of `air`.
     """

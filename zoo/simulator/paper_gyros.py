@@ -70,8 +70,8 @@ TONG2019 = typical(
     },
 )
 """A gyro of an inertial system whose drift turns at 0, 15, 30 and 37 °C, as the segments of the paper say: a cubic in T with one fringe of 30 K has
-its extrema there and nowhere else between −15 and 50 °C. The printed standard
-deviation is of 100 s means; at 200 Hz it would be the noise's alone."""
+its extrema there and nowhere else between −15 and 50 °C. The printed standard deviation is taken as one of 100 s means; at 200 Hz it would be the
+noise's alone."""
 
 LIU2010 = typical(
     TACTICAL,

@@ -25,10 +25,11 @@ class Settings:
     Attributes:
         runs: how many runs to record, besides the check run.
         seed: which gyro and which chance.
-        sample_s: time between rows [s]; every row is a mean over it.
+        sample_s: time between rows [s]; noise, counts and the true rate are means over the step that begins at a row's time, temperatures and
+            effects are those of that time.
         thermometers: how many of the first `PLACES` have one, or their names, the main one first.
         heat: fidelity of the winding's heat, ``lumped``, ``radial`` or ``radial_axial``.
-        cold_start: switched on at the first row; otherwise long before.
+        cold_start: whether the gyro's body begins as cold as the air, and not warmed through by its electronics.
         reference_dph: true rate besides the Earth's and the table's [°/h].
         latitude_deg: of the laboratory; None leaves the Earth's rate out.
         axis: where the input axis points, see `zoo.simulator.earth`.
