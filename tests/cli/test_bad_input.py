@@ -312,3 +312,33 @@ def test_the_shell_gets_the_code_and_the_message_on_the_standard_error(tmp_path,
     assert done.returncode == 2
     assert done.stderr.strip() == f"error: {path}, row 9, column temperature_c: 'warm' is not a finite number"
     assert done.stdout == ""
+
+
+@pytest.mark.parametrize(
+    ("settings", "words"),
+    [
+        (["+parameter.mohr.coefficient=0.12"], "there is no setting 'parameter'; did you mean parameters"),
+        (["+foo=1"], "there is no setting 'foo'"),
+        (["+gyro.effects.mor=1"], "gyro.effects.mor: did you mean mohr"),
+        (["gyro.layres=12"], "gyro.layres"),
+        (["gyro.conductivity=-1"], "gyro.conductivity=-1: a number from 0"),
+        (["gyro.layers=0"], "gyro.layers=0"),
+        (["gyro.pattern=spiral"], "gyro.pattern=spiral"),
+        (["gyro.diameter_m=1e300"], "gyro.diameter_m=1e+300"),
+        (["gyro.diameter_m=0.005"], "diameter"),
+        (["noise.rate_ramp=1e308"], "would not be finite"),
+        (["pictures=perhaps"], "pictures=perhaps"),
+        (["devices=0"], "devices=0"),
+        (["heat=3d"], "heat=3d"),
+        (["sample_s=1e6"], "longer than a run"),
+        (["thermometers=[roof]"], "thermometers"),
+        (["latitude_deg=100"], "latitude_deg=100"),
+        (["chamber.lag_s=-1"], "chamber.lag_s=-1"),
+        (["profile=legs", "profile.legs=[[20,-300,100]]"], "absolute zero"),
+        (["profile=cycle", "profile.k_per_min=abc"], "profile.k_per_min=abc"),
+        (["profile=cycle", "profile.cycles=1.5"], "profile.cycles=1.5"),
+        (["profile=multirate", "profile.stops=[[50,fast,100]]"], "fast"),
+    ],
+)
+def test_what_no_gyro_or_chamber_can_be(told, settings, words) -> None:
+    assert words in told(*settings, verb="simulate")

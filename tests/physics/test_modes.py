@@ -10,6 +10,7 @@ import torch
 from torch import Tensor
 
 from zoo.physics import modes as modes_file
+from zoo.physics.decaying_sums import decaying_sums, divisible
 from zoo.physics.lumps import Lumps
 from zoo.physics.modes import CHUNK, Modes, respond
 
@@ -151,3 +152,19 @@ def test_forward_derivatives_are_those_backward() -> None:
     forward = torch.func.jvp(found, (modes.rate,), (torch.ones_like(modes.rate),))[1]
     backward = torch.autograd.functional.jacobian(found, modes.rate).sum(-1)
     torch.testing.assert_close(forward, backward, rtol=1e-10, atol=1e-10)
+
+
+@pytest.mark.parametrize("steps", [1, 2, 3, 7, 50])
+def test_decaying_sums_are_those_of_one_step_after_another_and_have_their_slopes(steps) -> None:
+    """Also of what does not decay, and of what is gone after a step."""
+    decay = torch.tensor([0.9, 0.3, 1.0, 0.0], dtype=torch.float64, requires_grad=True)
+    added = wander(4, divisible(steps)).mT.contiguous().requires_grad_()
+    expected = [added[0]]
+    for one in added[1:]:
+        expected.append(decay * expected[-1] + one)
+    found, asked = decaying_sums(decay, added), torch.stack(expected)
+    torch.testing.assert_close(found, asked, rtol=1e-12, atol=1e-12)
+    torch.testing.assert_close(decaying_sums(decay.detach(), added.detach().clone()), found.detach(), rtol=0, atol=0)
+    for one in (decay, added):
+        slopes = [torch.autograd.grad(sums.sin().sum() + 0 * decay.sum(), one, retain_graph=True)[0] for sums in (found, asked)]
+        torch.testing.assert_close(*slopes, rtol=1e-9, atol=1e-9)

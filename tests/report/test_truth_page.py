@@ -151,7 +151,7 @@ def test_every_parameter_of_the_device_has_its_unit_meaning_and_source(simulatio
     rows = {key: row for row in device_rows(simulation.device) for key in (row[1],)}
     assert set(rows) == set(simulation.device.values)
     assert rows["diameter_m"][0] == "mean diameter of the winding"
-    assert rows["diameter_m"][3:] == ["m", "0.0300 … 0.0600", "coils of 100 to 250 m"]
+    assert rows["diameter_m"][3:] == ["m", "0.0300 … 0.0600", "with these turns, coils of 70 to 150 m"]
     assert rows["trimmed"][4:] == ["the same in all", "given"]
     assert rows["conductivity"][2] == significant(simulation.device.conductivity, 4)
     assert all(row[0] and row[5] for row in rows.values())

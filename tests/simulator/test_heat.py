@@ -277,3 +277,14 @@ def test_mohrs_effect_of_a_balanced_winding_is_no_larger_than_the_rate(seed) -> 
     device = draw(gyro_class("medium", pattern=CROSSOVER_FREE, top_contact=60), seed)
     found = heat([device], time, air, fidelity="radial_axial")
     assert float(found.mohr.abs().max()) < 1.5 * float(found.coil_rate.abs().max())
+
+
+@pytest.mark.parametrize("fidelity", FIDELITIES)
+def test_a_longer_lead_feels_how_much_faster_than_the_coil_it_warms(fidelity) -> None:
+    """n·n_T·ℓ/D·(Ṫ_housing − Ṫ_coil), 0.47 °/h for 1 m on 100 mm and 1 K/min; nothing in a long ramp."""
+    time, air = chamber((20, 20, 1200), (20, 320, 60000))
+    plain, longer = gyro(diameter_m=0.1), gyro(diameter_m=0.1, lead_asymmetry_m=1.0)
+    found = heat([plain], time, air, fidelity=fidelity)
+    added = error(longer, time, air, fidelity) - error(plain, time, air, fidelity)
+    assert added.tolist() == pytest.approx((0.47 * (found.housing_rate - found.coil_rate)[0]).tolist(), rel=0.01, abs=1e-5)
+    assert float(added[-1].abs()) < 1e-6 * float(added.abs().max())

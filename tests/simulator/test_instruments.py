@@ -163,21 +163,21 @@ def test_windings_have_errors_of_their_own_and_are_trimmed_by_the_share() -> Non
 @pytest.mark.parametrize(
     ("changes", "words"),
     [
-        ({"package_s": 0}, "above 0"),
+        ({"package_s": 0}, "gyro.package_s=0: a number from 1 to"),
         ({"package_s": [900, 600]}, "low <= high"),
         ({"package_s": "long"}, "a number or"),
-        ({"package_s": math.inf}, "finite"),
+        ({"package_s": math.inf}, "gyro.package_s=inf"),
         ({"packages": 3}, "package_s"),
-        ({"random_walk": -1}, "too small"),
+        ({"random_walk": -1}, "gyro.random_walk=-1: a number from 0 to"),
         ({"effects": {"mohr": "big"}}, "a number or"),
-        ({"conductivity": -1}, "gyro.conductivity: -1 is too small"),
+        ({"conductivity": -1}, "gyro.conductivity=-1: a number from 0 to"),
         ({"layers": 0}, "gyro.layers=0"),
         ({"layers": 2.5}, "gyro.layers=2.5"),
         ({"turns": True}, "gyro.turns=True"),
         ({"pattern": "quadrupole"}, "gyro.pattern=quadrupole: did you mean quadrupolar"),
-        ({"glass_fraction": 1.5}, "at most 1"),
-        ({"trimmed": [0.5, 1.1]}, "at most 1"),
-        ({"index": 0}, "above 0"),
+        ({"glass_fraction": 1.5}, "gyro.glass_fraction=1.5: a number from 0.001 to 1 is"),
+        ({"trimmed": [0.5, 1.1]}, "gyro.trimmed=1.1: a number from 0 to 1 is"),
+        ({"index": 0}, "gyro.index=0: a number from 1 to 4 is"),
     ],
 )
 def test_impossible_gyros_are_refused(changes: dict[str, Any], words: str) -> None:

@@ -28,7 +28,7 @@ from zoo.catalog import config_folder, names
 from zoo.cli.closed_pipe import nobody_reads, print_to_nobody, unread_logs
 from zoo.cli.folders import hollow_removed
 from zoo.cli.interrupts import tell_interrupted
-from zoo.cli.wrong_settings import check_flags, check_once, instead
+from zoo.cli.wrong_settings import check_flags, check_known, check_once, instead
 from zoo.errors import InputError, WorkError, causes, nearest
 
 Verb = Callable[[DictConfig, Path], Path]
@@ -99,6 +99,7 @@ def _task(verb: str, codes: list[int], traced: bool) -> Callable[[DictConfig], s
     def task(config: DictConfig) -> str | None:
         try:
             check_once(HydraConfig.get().overrides.task)
+            check_known(verb, HydraConfig.get().overrides.task)
             module = importlib.import_module(f"zoo.cli.{verb}")
             result = str(module.run(config, writable_folder(HydraConfig.get().runtime.output_dir)))
             print(result, flush=True)

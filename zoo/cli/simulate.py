@@ -48,23 +48,25 @@ def run(config: DictConfig, out: Path) -> Path:
     if isinstance(devices, bool) or not isinstance(devices, int) or not 1 <= devices <= MANY_DEVICES:
         raise InputError(f"devices={devices}: a whole number from 1 to {MANY_DEVICES} is possible")
     usable_device(config.torch_device)
+    drawn = _wants_pictures(config)
     # Two threads gain nothing with some dozens of gyros at once, and lose much on a busy machine.
     with threads_for(0):
-        _simulated(config, out)
+        _simulated(config, out, drawn)
     return out
 
 
-def _simulated(config: DictConfig, out: Path) -> None:
+def _simulated(config: DictConfig, out: Path, drawn: bool) -> None:
     simulations, devices = _simulations(config), config.devices
     if devices == 1:
         simulation = next(simulations)
         quiet = len(simulation.runs) < MANY_RUNS
         write(simulation, out, track=iter if quiet else lambda runs: track(runs, description="writing"))
-        drawn = _drawn(config, simulation, out)
-        _print(simulation, drawn)
+        _print(simulation, drawn and _draw(simulation, out))
     else:
         for simulation in track(simulations, total=devices, description="devices"):
-            write(simulation, out / f"device_{simulation.seed:0{len(str(config.seed + devices - 1))}d}")
+            folder = write(simulation, out / f"device_{simulation.seed:0{len(str(config.seed + devices - 1))}d}")
+            if drawn:
+                _draw(simulation, folder)
         Console().print(f"{devices} {simulation.name} {simulation.kind}s, each with its truth.json", highlight=False)
 
 
@@ -86,19 +88,23 @@ def _check_sizes(config: DictConfig) -> None:
             raise InputError(f"gyro.effects.{name}: {nearest(str(name), known)}")
 
 
-def _drawn(config: DictConfig, simulation: Simulated, out: Path) -> bool:
-    """Whether the page of pictures was written."""
+def _wants_pictures(config: DictConfig) -> bool:
     wanted = config.pictures
-    if wanted is not None and not isinstance(wanted, bool):
-        raise InputError(f"pictures={wanted}: true, false, or null (where one gyro is simulated, and not in a sweep) is possible")
     if wanted is None:
-        wanted = HydraConfig.get().mode is not RunMode.MULTIRUN
-    if not wanted or not isinstance(simulation, Simulation):
+        return config.devices == 1 and HydraConfig.get().mode is not RunMode.MULTIRUN
+    if not isinstance(wanted, bool):
+        raise InputError(f"pictures={wanted}: true, false, or null (where one gyro is simulated, and not in a sweep) is possible")
+    return wanted
+
+
+def _draw(simulation: Simulated, folder: Path) -> bool:
+    """Write the page of pictures; of an accelerometer there is none."""
+    if not isinstance(simulation, Simulation):
         return False
     # Brings matplotlib, which a sweep of gyros has no use for.
     from zoo.report.truth.page import write_truth_page
 
-    write_truth_page(simulation, out)
+    write_truth_page(simulation, folder)
     return True
 
 

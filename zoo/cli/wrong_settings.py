@@ -6,13 +6,14 @@ import re
 import shlex
 import sys
 from collections.abc import Iterable
-from typing import NoReturn
+from typing import NoReturn, cast
 
 from hydra._internal.utils import get_args_parser
 from hydra.core.override_parser.overrides_parser import OverridesParser
 from hydra.errors import HydraException, OverrideParseException
+from omegaconf import DictConfig, OmegaConf
 
-from zoo.catalog import LISTS
+from zoo.catalog import LISTS, config_folder
 from zoo.errors import InputError, nearest
 from zoo.measurements.files import SUFFIXES
 
@@ -56,6 +57,27 @@ def check_once(overrides: Iterable[str]) -> None:
         twice = next((name for name in names if names.count(name) > 1), None)
         if twice is not None:
             raise InputError(f"{override}: {twice} is there twice; once is all there can be of it")
+
+
+def check_known(verb: str, overrides: Iterable[str]) -> None:
+    """Refuses a setting added with + at the top of a config where there is none of that name, which nothing would read.
+
+    Args:
+        verb: whose config it is.
+        overrides: as typed.
+
+    Raises:
+        InputError: names it, and what is meant perhaps.
+    """
+    known: set[str] = {"hydra"}
+    for name in (verb, "base"):
+        config = cast(DictConfig, OmegaConf.load(config_folder() / f"{name}.yaml"))
+        groups = (one for one in config.get("defaults") or [] if isinstance(one, DictConfig))
+        known |= {str(key) for part in (config, *groups) for key in part} - {"defaults"}
+    for override in overrides:
+        added = re.match(r"\+{1,2}([^.=@]+)", override)
+        if added and added.group(1) not in known:
+            raise InputError(f"{override}: there is no setting '{added.group(1)}'; {nearest(added.group(1), known)}")
 
 
 def instead(error: BaseException) -> str | None:

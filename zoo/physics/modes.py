@@ -7,17 +7,16 @@ through the states of those modes that outlast the window; all of it in matrix p
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterator
 from dataclasses import dataclass
-from itertools import pairwise
 
 import torch
 from torch import Tensor
 from torch.nn.functional import pad
 
+from zoo.physics.decaying_sums import decaying_sums, divisible
 from zoo.physics.exponential import exponential_weights
-from zoo.physics.pieces import is_followed, joined, turns
+from zoo.physics.pieces import OUTPUTS_AT_ONCE, STATES_AT_ONCE, flat, joined, turns
 
 CHUNK = 24
 """L, samples in a chunk of time; products of matrices with a multiple of 24 columns are the fast ones."""
@@ -25,8 +24,6 @@ WINDOW = 12
 """W, samples before a chunk whose inputs act on it directly."""
 GONE = 40.0
 """A mode is forgotten where λ·t is larger: e^(−40)."""
-STATES_AT_ONCE, OUTPUTS_AT_ONCE = 2**22, 3 * 2**17
-"""Numbers computed before the next devices' turn, outputs by each thread; few enough to stay in the caches."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -66,50 +63,36 @@ def respond(modes: Modes, step_s: float, inputs: Tensor, start: Tensor | None = 
         start = (modes.drive @ inputs[..., :1]).squeeze(-1) / modes.rate
     parts = [(modes.rate, 1), (modes.drive, 2), (modes.observe, 2), (modes.direct, 2), (start, 1)]
     batch = torch.broadcast_shapes(inputs.shape[:-2], *(part.shape[: part.dim() - tail] for part, tail in parts))
-    *flat, begin = (_flat(part, batch, tail) for part, tail in parts)
-    driving = _flat(inputs, () if inputs.shape[:-2].numel() == 1 else batch, 2)
+    *devices, begin = (flat(part, batch, tail) for part, tail in parts)
+    driving = flat(inputs, () if inputs.shape[:-2].numel() == 1 else batch, 2)
     shape = (len(begin), modes.observe.shape[-2], inputs.shape[-1])
-    return joined(_pieces(Modes(*flat), step_s, driving, begin), shape).reshape(*batch, *shape[1:])
-
-
-def _flat(part: Tensor, batch: tuple[int, ...], tail: int) -> Tensor:
-    """(..., tail) -> (B, tail); an empty batch is one device."""
-    shape = part.shape[part.dim() - tail :]
-    return part.reshape(1, *shape) if not batch else part.expand(*batch, *shape).reshape(math.prod(batch), *shape)
+    return joined(_pieces(Modes(*devices), step_s, driving, begin), shape, *devices, begin, driving).reshape(*batch, *shape[1:])
 
 
 def _pieces(modes: Modes, step_s: float, inputs: Tensor, start: Tensor) -> Iterator[Tensor]:
     """(b, O, C, L) outputs in whole chunks, some devices after others; inputs (1 or B, U, T)."""
     windows = _windows(inputs[:1])
-    for some in turns(len(start), STATES_AT_ONCE // (windows.shape[1] * start.shape[-1])):
-        terms = _terms(modes[some], step_s, windows if len(inputs) == 1 else _windows(inputs[some]), start[some])
-        for few in turns(len(terms.near), torch.get_num_threads() * (OUTPUTS_AT_ONCE // (windows.shape[1] * terms.near.shape[-1]))):
-            yield terms.summed(few).unflatten(-1, (-1, CHUNK)).transpose(1, 2)
+    for some in turns(len(start), windows.shape[1] * start.shape[-1], STATES_AT_ONCE):
+        yield from _terms(modes[some], step_s, windows if len(inputs) == 1 else _windows(inputs[some]), start[some]).summed()
 
 
 def _windows(inputs: Tensor) -> Tensor:
-    """(B, U, T) -> (B, 1 + C, U, W + L): each chunk with the window before it, after one that is empty; ⌊√C⌋ divides C."""
-    chunks = -(-inputs.shape[-1] // CHUNK)
-    chunks += -chunks % math.isqrt(chunks)
+    """(B, U, T) -> (B, 1 + C, U, W + L): each chunk with the window before it, after one that is empty; C is `divisible`."""
+    chunks = divisible(-(-inputs.shape[-1] // CHUNK))
     padded = pad(inputs, (CHUNK + WINDOW, chunks * CHUNK - inputs.shape[-1]))
     return padded.unfold(-1, WINDOW + CHUNK, CHUNK).transpose(1, 2).contiguous()
 
 
 @dataclass(frozen=True, eq=False)
 class _Terms:
-    """Outputs in chunks as sums of products, y = inputs·near + states·far, and free in the first chunk.
-
-    Of sample i of a chunk, counted from 0, with the window from sample −W on:
-        inputs·near = (c·hφ2·b + d)·u[i] + Σ c·a^(j−1)·g·u[i−j] over j = 1…W + i,
-        states·far = c·a^(W+i)·x[−W] without what is left of the start in the first chunk,
-        free = c·a^i·x[0].
+    """Outputs in chunks, y[i] = inputs·near + states·far, + free in the first chunk; i counts from where a chunk begins, its window from −W.
 
     Attributes:
-        inputs: (B, C, U·(W + L)) of each window and its chunk.
-        near: (B, U·(W + L), O·L).
-        states: (B, C, N) of the modes that outlast a window.
-        far: (B, N, O·L).
-        free: (B, O·L).
+        inputs: (B, C, U·(W + L)) u of each window and its chunk.
+        near: (B, U·(W + L), O·L) what these do: inputs·near = (c·hφ2·b + d)·u[i] + Σ c·a^(j−1)·g·u[i−j] over j = 1…W+i.
+        states: (B, C, N) x[−W] of the modes that outlast a window, 0 in the first chunk.
+        far: (B, N, O·L) what is left of all before: states·far = c·a^(W+i)·x[−W].
+        free: (B, O·L) what is left of the start: c·a^i·x[0].
     """
 
     inputs: Tensor
@@ -118,15 +101,17 @@ class _Terms:
     far: Tensor
     free: Tensor
 
-    def summed(self, some: slice) -> Tensor:
-        """(b, C, O·L) of some devices."""
-        outputs = torch.bmm(self.inputs[some], self.near[some]).baddbmm_(self.states[some], self.far[some])
-        outputs[:, 0] += self.free[some]
-        return outputs
+    def summed(self) -> Iterator[Tensor]:
+        """(b, O, C, L) y, some devices after others."""
+        devices, chunks, _ = self.inputs.shape
+        for some in turns(devices, chunks * self.free.shape[-1], torch.get_num_threads() * OUTPUTS_AT_ONCE):
+            outputs = torch.bmm(self.inputs[some], self.near[some]).baddbmm_(self.states[some], self.far[some])
+            outputs[:, 0] += self.free[some]
+            yield outputs.unflatten(-1, (-1, CHUNK)).transpose(1, 2)
 
 
 def _terms(modes: Modes, step_s: float, windows: Tensor, start: Tensor) -> _Terms:
-    """Of some devices; windows as of `_windows`."""
+    """Of devices few enough for all their states; windows as `_windows` makes them, (1 or B, 1 + C, U, W + L)."""
     depth = modes.rate * step_s
     late, gain = _weights(depth, step_s, modes.drive)
     power = torch.exp(-depth.unsqueeze(-1) * torch.arange(WINDOW + CHUNK + 1, dtype=depth.dtype, device=depth.device))
@@ -137,7 +122,7 @@ def _terms(modes: Modes, step_s: float, windows: Tensor, start: Tensor) -> _Term
     return _Terms(
         inputs=windows[:, 1:].flatten(-2).expand(len(depth), -1, -1),
         near=_toeplitz(torch.cat([at_once, later], -1)),
-        states=_states(power[:, slow], gain[:, slow], windows[:, :-1, :, :CHUNK], begin[:, slow]),
+        states=_states(power[:, slow], gain[:, slow], windows[:, :-1, :, :CHUNK].flatten(-2), begin[:, slow]),
         far=(modes.observe[..., slow].mT.unsqueeze(-1) * power[:, slow, WINDOW:-1].unsqueeze(-2)).flatten(-2),
         free=((modes.observe * begin.unsqueeze(-2)) @ power[..., :CHUNK]).flatten(-2),
     )
@@ -157,34 +142,9 @@ def _toeplitz(kernel: Tensor) -> Tensor:
 
 
 def _states(power: Tensor, gain: Tensor, passed: Tensor, begin: Tensor) -> Tensor:
-    """(B, C, N) x where each chunk's window begins, from the (B, C, U, L) inputs since the one before; nothing for the first chunk."""
+    """(B, C, N) x where each chunk's window begins, from the (B, C, U·L) inputs since the one before; nothing for the first chunk."""
     weights = (gain.unsqueeze(-1) * power[..., :CHUNK].flip(-1).unsqueeze(-2)).flatten(-2)  # (B, N, U·L)
-    passed = passed.flatten(-2)
     shared = len(passed) == 1
     added = (passed[0] @ weights.flatten(0, 1).mT).unflatten(-1, begin.shape) if shared else (passed @ weights.mT).transpose(0, 1)
     added[1:2] += power[..., CHUNK - WINDOW] * begin
-    return _decaying_sums(power[..., CHUNK], added).transpose(0, 1)
-
-
-def _decaying_sums(decay: Tensor, added: Tensor) -> Tensor:
-    """(C, ...) x[k] = decay·x[k−1] + added[k] from x[−1] = 0: in ⌊√C⌋ groups side by side, then what enters each of them from the one before."""
-    groups = _within(decay, added.unflatten(0, (-1, math.isqrt(len(added)))))
-    size = groups.shape[1]
-    entering = [torch.zeros_like(decay)]
-    for last in groups[:-1, -1].unbind():
-        entering.append(torch.addcmul(last, decay**size, entering[-1]))
-    shares = torch.stack([decay**place for place in range(1, size + 1)])
-    return groups.addcmul_(shares, torch.stack(entering).unsqueeze(1)).flatten(0, 1)
-
-
-def _within(decay: Tensor, added: Tensor) -> Tensor:
-    """(G, C, ...) x[:, k] = decay·x[:, k−1] + added[:, k] from x[:, −1] = 0; in the memory of `added` where nobody asks for derivatives."""
-    columns = added.unbind(1)
-    if not is_followed(added):
-        for before, column in pairwise(columns):
-            column.addcmul_(decay, before)
-        return added
-    sums = [columns[0]]
-    for column in columns[1:]:
-        sums.append(torch.addcmul(column, decay, sums[-1]))
-    return torch.stack(sums, 1)
+    return decaying_sums(power[..., CHUNK], added).transpose(0, 1)

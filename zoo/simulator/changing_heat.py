@@ -17,7 +17,7 @@ from zoo.simulator.heat import HOUSING, SECONDS_PER_MINUTE, SPOOL, WATCHED, Heat
 
 @dataclass(frozen=True, eq=False)
 class Balance:
-    """Housing, spool and, layer by layer with both faces, winding; conductances between layers have the mean temperature of their ends, flanges that of the layer.
+    """Housing, spool and, layer by layer with both faces, winding; conductances are at the mean temperature of their ends, flanges at the layer's.
 
     Attributes:
         device: with coefficients of 20 °C.
@@ -61,7 +61,7 @@ class Balance:
         """
         asked = watched([self.device], air)
         rates = SECONDS_PER_MINUTE * self.rates(temperature, air)
-        weights = torch.cat([asked.lumps, torch.nn.functional.pad(asked.turns[0].sum(-1), (1, 1))], -1)
+        weights = torch.cat([asked.lumps[0], torch.nn.functional.pad(asked.turns[0].sum(-1), (1, 1))], -1)
         found = [(rates if is_rate else temperature) @ weight for weight, is_rate in zip(weights, asked.is_rate, strict=True)]
         return Heat(air, **{name: one.unsqueeze(0) for name, one in zip(WATCHED, found, strict=True)})
 

@@ -46,8 +46,10 @@ def direction(axis: str | Sequence[float]) -> tuple[float, float, float]:
     Raises:
         InputError: an axis that is none.
     """
-    if isinstance(axis, str):
-        return _named(axis)
+    return _named(axis) if isinstance(axis, str) else _unit(axis)
+
+
+def _unit(axis: Sequence[float]) -> tuple[float, float, float]:
     if not isinstance(axis, Sequence) or len(axis) != 3 or not all(_finite(one) for one in axis) or not any(axis):
         raise InputError(f"axis={axis}: one of {', '.join(AXES)}, or three finite numbers [east, north, up], not all of them 0, is possible")
     length = math.hypot(*axis)

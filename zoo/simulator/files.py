@@ -24,15 +24,23 @@ def write(simulation: Simulated, folder: Path, track: Any = iter) -> Path:
         The folder.
 
     Raises:
-        InputError: the folder holds runs that this simulation would not replace, so that a glob would mix two devices.
+        InputError: the folder holds runs that this simulation would not replace, so that a glob would mix two devices; a number is not finite.
     """
     _check_empty(simulation, folder)
+    _check_finite(simulation)
     recorded: Iterable[Recording] = track([*simulation.runs, simulation.check])
     for one in recorded:
         write_measurements(folder / f"{one.name}.csv", one.table)
         write_measurements(folder / truth_file(one), one.truth)
     write_json(folder / "truth.json", simulation.truth())
     return folder
+
+
+def _check_finite(simulation: Simulated) -> None:
+    for one in (*simulation.runs, simulation.check):
+        for name, column in (*one.table.items(), *one.truth.items()):
+            if not bool(column.isfinite().all()):
+                raise InputError(f"{one.name}.csv: {name} would not be finite; some setting is out of all proportion")
 
 
 def _check_empty(simulation: Simulated, folder: Path) -> None:

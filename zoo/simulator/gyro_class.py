@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, fields, replace
 from typing import Any
@@ -27,6 +26,7 @@ class GyroClass:
         turn_pitch_m: from turn to turn.
         winding_error_turns: standard deviation of the fibre that a layer has too much.
         trimmed: share of the winding's sensitivity to radial flow that was trimmed away at its ends.
+        lead_asymmetry_m: by how much the lead at the end of A is longer than the other; leads are as warm as the housing.
         index: n of the fibre.
         thermo_optic_per_k: dn/dT + n·α.
         glass_fraction: share of the glass in the winding's volume.
@@ -69,6 +69,7 @@ class GyroClass:
     effects: Mapping[str, tuple[float, float]]
     winding_error_turns: Span
     trimmed: Span
+    lead_asymmetry_m: Span
     index: Span
     thermo_optic_per_k: Span
     glass_fraction: Span
@@ -91,22 +92,38 @@ class GyroClass:
 DESIGN = ("layers", "turns", "pattern")
 SPANS = tuple(one.name for one in fields(GyroClass) if one.name not in {"name", "effects", "fixed", *DESIGN})
 MOST_TURNS = 300
-# What is not named here has to be above 0.
-LEAST = {
-    "random_walk": 0.0,
-    "flicker": 0.0,
-    "rate_random_walk": 0.0,
-    "cold_loss_db": 0.0,
-    "self_heating_k": 0.0,
-    "power_at_spool": 0.0,
-    "sensor_offset_c": -100.0,
-    "sensor_heating_k": 0.0,
-    "winding_error_turns": 0.0,
-    "trimmed": 0.0,
-    "conductivity": 0.0,
-    "top_contact": 0.0,
+LIMITS = {
+    "diameter_m": (1e-3, 10.0),
+    "layer_pitch_m": (1e-5, 1e-2),
+    "turn_pitch_m": (1e-5, 1e-2),
+    "winding_error_turns": (0.0, 1e3),
+    "trimmed": (0.0, 1.0),
+    "lead_asymmetry_m": (-100.0, 100.0),
+    "index": (1.0, 4.0),
+    "thermo_optic_per_k": (1e-8, 1e-3),
+    "glass_fraction": (1e-3, 1.0),
+    "glue_conductivity": (1e-3, 1e3),
+    "conductivity": (0.0, 1e4),
+    "heat_capacity": (1e3, 1e8),
+    "housing_j_per_k": (1e-2, 1e6),
+    "spool_j_per_k": (1e-2, 1e6),
+    "package_s": (1.0, 1e6),
+    "mount_s": (0.1, 1e6),
+    "contact": (1e-2, 1e6),
+    "top_contact": (0.0, 1e6),
+    "gap": (1e-3, 1e6),
+    "self_heating_k": (0.0, 500.0),
+    "power_at_spool": (0.0, 1.0),
+    "sensor_s": (1e-3, 1e5),
+    "sensor_offset_c": (-100.0, 100.0),
+    "sensor_heating_k": (0.0, 100.0),
+    "random_walk": (0.0, 1e6),
+    "cold_loss_db": (0.0, 60.0),
+    "flicker": (0.0, 1e6),
+    "rate_random_walk": (0.0, 1e6),
 }
-MOST = {"glass_fraction": 1.0, "trimmed": 1.0, "power_at_spool": 1.0}
+"""Beyond these there is no gyro, in the units of the class."""
+LARGEST_EFFECT = 1e9
 
 
 def changed(base: GyroClass, effects: Mapping[str, Any] | None = None, **changes: Any) -> GyroClass:
@@ -127,7 +144,7 @@ def changed(base: GyroClass, effects: Mapping[str, Any] | None = None, **changes
     asked = {key: value for key, value in changes.items() if value is not None}
     if not isinstance(effects or {}, Mapping):
         raise InputError(f"gyro.effects={effects}: effect: number or [low, high] is expected")
-    sizes = {key: _ends(f"gyro.effects.{key}", value) for key, value in (effects or {}).items()}
+    sizes = {key: _ends(f"gyro.effects.{key}", value, -LARGEST_EFFECT, LARGEST_EFFECT) for key, value in (effects or {}).items()}
     own: dict[str, Any] = {key: _span(getattr(base, key), key, value) if key in SPANS else _design(key, value) for key, value in asked.items()}
     fixed = {name: values for name, values in base.fixed.items() if name not in sizes}
     return replace(base, **own, effects={**base.effects, **sizes}, fixed=fixed)
@@ -144,21 +161,17 @@ def _design(key: str, value: Any) -> Any:
 
 
 def _span(base: Span, key: str, value: Any) -> Span:
-    low, high = _ends(f"gyro.{key}", value)
-    least, most = LEAST.get(key), MOST.get(key, math.inf)
-    if least is not None and low < least:
-        raise InputError(f"gyro.{key}: {low:g} is too small; {least:g} and more is possible")
-    if least is None and low <= 0:
-        raise InputError(f"gyro.{key}: {low:g} is too small; a value above 0 is expected")
-    if high > most:
-        raise InputError(f"gyro.{key}: {high:g} is too large; at most {most:g} is possible")
+    low, high = _ends(f"gyro.{key}", value, *LIMITS[key])
     return replace(base, low=low, high=high, source="given")
 
 
-def _ends(key: str, value: Any) -> tuple[float, float]:
+def _ends(key: str, value: Any, least: float, most: float) -> tuple[float, float]:
+    """Both ends of a spread, each a number that is possible."""
     ends = [value, value] if isinstance(value, (int, float)) else value
     if isinstance(ends, str) or not isinstance(ends, Sequence) or len(ends) != 2:
         raise InputError(f"{key}={value}: a number or [low, high] is expected")
-    if not all(isinstance(end, (int, float)) and math.isfinite(end) for end in ends) or ends[0] > ends[1]:
+    for end in ends:
+        check_number(key, end, least, most)
+    if ends[0] > ends[1]:
         raise InputError(f"{key}={value}: finite numbers with low <= high are expected")
     return float(ends[0]), float(ends[1])

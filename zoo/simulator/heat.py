@@ -161,9 +161,10 @@ def _step(time: Tensor) -> float:
 def watched(devices: Sequence[Device], like: Tensor) -> Watched:
     """What is asked of the heat, in the order of `WATCHED`."""
     gyro = devices[0].gyro
-    lumps = torch.zeros(len(WATCHED), 2, dtype=like.dtype, device=like.device)
+    lumps = torch.zeros(len(devices), len(WATCHED), 2, dtype=like.dtype, device=like.device)
     for name, lump in (("housing", HOUSING), ("spool", SPOOL), ("housing_rate", HOUSING)):
-        lumps[WATCHED.index(name), lump] = 1.0
+        lumps[:, WATCHED.index(name), lump] = 1.0
+    lumps[:, WATCHED.index("shupe"), HOUSING] = torch.tensor([_lead(device) for device in devices], dtype=like.dtype)
     each = torch.stack([_of_turns(device) for device in devices]).to(like)
     turns = torch.zeros(len(devices), len(WATCHED), gyro.layers, gyro.turns, dtype=like.dtype, device=like.device)
     turns[:, [WATCHED.index(name) for name in ("coil", "coil_rate", "shupe", "mohr")]] = each[:, [0, 0, 1, 2]]
@@ -181,7 +182,17 @@ def _of_turns(device: Device) -> Tensor:
     mean = winding.length / winding.length.sum()
     weights = winding.weights()
     free, uneven = weights * _freedom(device), _unevenness(device)
-    return torch.stack([mean, weights / (_sensitivity(winding) * SECONDS_PER_MINUTE), free / uneven if uneven else mean])
+    shupe = weights / (_sensitivity(winding) * SECONDS_PER_MINUTE) - _lead(device) * mean
+    return torch.stack([mean, shupe, free / uneven if uneven else mean])
+
+
+def _lead(device: Device) -> float:
+    """Weight of the rate at which the leads warm before the coil, for C_w = 1.
+
+    A lead that is longer by ℓ at one end adds ℓ·L·Ṫ_lead to ∫Ṫ·(L − 2s) ds and, as it moves the middle, takes away ℓ·∫Ṫ ds: n·n_T·ℓ/D·(Ṫ_lead − Ṫ).
+    """
+    full = device["index"] * device["thermo_optic_per_k"] * device["lead_asymmetry_m"] / device["diameter_m"]
+    return full / SECONDS_PER_MINUTE / _sensitivity(device.winding)
 
 
 def _sensitivity(winding: Winding) -> float:

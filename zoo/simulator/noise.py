@@ -17,6 +17,8 @@ from zoo.errors import InputError
 from zoo.simulator.streams import normal, uniform
 
 SECONDS_PER_HOUR = 3600.0
+DIGITS = 9
+"""Decimals of a counted output in °/h; a file would otherwise show it to the last bit."""
 REFERENCE_C, COLD_C = 20.0, -40.0
 LOSS_EXPONENT = 0.75
 """k of N ∝ P^(−k/2), P the power at the detector: 1 where shot noise rules, 0 where the source's excess noise does (engineering prior)."""
@@ -146,4 +148,5 @@ def counted(rate: Tensor, angle_step_arcsec: float, step_s: float, generator: to
     if angle_step_arcsec == 0:
         return rate
     counts = torch.cumsum(rate * step_s / angle_step_arcsec, 0) + uniform(generator)
-    return torch.diff(counts.floor(), prepend=torch.zeros(1, dtype=rate.dtype)) * (angle_step_arcsec / step_s)
+    steps = torch.diff(counts.floor(), prepend=torch.zeros(1, dtype=rate.dtype))
+    return (steps * (angle_step_arcsec / step_s)).round(decimals=DIGITS)

@@ -36,12 +36,16 @@ def effects_of(run: Recorded) -> dict[str, np.ndarray]:
 def parts_of(run: Recorded, cold_start: bool = False) -> Parts:
     """The effects of a run as changes from its first row, where the gyro has soaked; from the last one where it was just switched on in the first.
 
+    On a rate table they are left as they are.
+
     Args:
         run: with its truth.
         cold_start: whether it was switched on at the first row.
     """
-    each = effects_of(run)
-    constant = {name: float(values[-1 if cold_start else 0]) for name, values in each.items()}
+    each, reference = effects_of(run), run.table["reference_dph"]
+    turning = bool((reference != reference[0]).any())
+    # On a table that turns no row is at rest: there each effect is drawn from zero.
+    constant = {name: 0.0 if turning else float(values[-1 if cold_start else 0]) for name, values in each.items()}
     return Parts(constant, {name: values - constant[name] for name, values in each.items()})
 
 

@@ -68,4 +68,6 @@ def at_rest(parts: Parts) -> str:
     """What the effects of a run are at rest, those that are worth saying."""
     largest = max((float(abs(values).max()) for values in parts.change.values()), default=0.0)
     told = [f"{name} {significant(value)} °/h" for name, value in parts.constant.items() if abs(value) > NOTHING * largest]
-    return f"at rest {joined(told)}" if told else "nothing at rest"
+    if not any(parts.constant.values()):
+        return "from zero"
+    return f"at rest {joined(told)}" if told else "next to nothing at rest"

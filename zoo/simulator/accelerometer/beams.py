@@ -1,8 +1,9 @@
 """The two beams of a quartz vibrating-beam accelerometer: one pulled and one pressed by the proof mass, their difference of frequency counted.
 
-Beam i, at its own temperature T_i, vibrates at f_i·(1 + β(T_i − T_0i)²), the parabola of a quartz tuning fork. What both beams do alike cancels;
-what is left of the temperature is the difference of their turnover temperatures T_0i, the scale factor's drift, and, after power-on, the difference
-of the beams' temperatures, which the steep flank of the parabola far below T_0i turns into pulses.
+Beam i, at its own temperature T_i, vibrates at f_i·(1 + β(T_i − T_0i)²), the parabola of a quartz tuning fork; f_i = f ± (offset + scale·force)/2 is
+what the proof mass makes of it. What both beams do alike cancels; what is left of the temperature is the difference of their turnover temperatures
+T_0i, the scale factor's change, and, after power-on, the difference of the beams' temperatures, which the steep flank of the parabola far below T_0i
+turns into pulses.
 """
 
 from __future__ import annotations
@@ -68,18 +69,19 @@ def drift_pulses(device: Accelerometer, beams: Tensor, force_g: float, gate_s: f
         gate_s: length of a count [s].
 
     Returns:
-        (T,) each [pulses]: by the temperature that the beams have in common, by their difference, by the scale factor.
+        (T,) each [pulses]: at the temperature that the beams have in common without a force, by the beams' difference of temperature, and by the
+        change of the scale factor, the parabola's and the drift's.
     """
-    mean = beams.mean(0)
-    common = _bent(device, mean.expand_as(beams))
-    scaled = device["scale"] * force_g * device["scale_drift"] * (mean - CALIBRATED_C)
-    parts = {"static_bias": common, "thermal_gradient": _bent(device, beams) - common, "scale_factor": scaled}
+    alike = beams.mean(0).expand_as(beams)
+    static, loaded = _bent(device, alike, 0.0), _bent(device, alike, force_g)
+    drift = device["scale"] * force_g * device["scale_drift"] * (alike[0] - CALIBRATED_C)
+    parts = {"static_bias": static, "thermal_gradient": _bent(device, beams, force_g) - loaded, "scale_factor": loaded - static + drift}
     return {name: gate_s * over_gate(part) for name, part in parts.items()}
 
 
-def _bent(device: Accelerometer, beams: Tensor) -> Tensor:
+def _bent(device: Accelerometer, beams: Tensor, force_g: float) -> Tensor:
     """(T, J) what the two parabolas make of the difference of frequency [Hz]."""
-    half = device["offset"] / 2
+    half = (device["offset"] + device["scale"] * force_g) / 2
     pulled = (device["frequency"] + half) * (beams[0] - device["turnover_1"]).square()
     pressed = (device["frequency"] - half) * (beams[1] - device["turnover_2"]).square()
     return device["parabola"] * (pulled - pressed)

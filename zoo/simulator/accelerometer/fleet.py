@@ -10,7 +10,7 @@ from zoo.errors import InputError
 from zoo.simulator.accelerometer.preset import Accelerometer
 from zoo.simulator.accelerometer.runs import PowerOnRuns, simulate_accelerometer
 from zoo.simulator.chamber import Chamber
-from zoo.simulator.earth import earth_rate
+from zoo.simulator.earth import direction
 from zoo.simulator.noise import SILENT, Noise
 from zoo.simulator.program import Campaign
 from zoo.simulator.settings import Settings
@@ -61,19 +61,11 @@ def accelerometer_fleet(
     _refuse(device, {key: value for key, value in extra.items() if value not in ([], 0, {})})
     _refuse(device, {key: getattr(chosen, key) for key, possible in POSSIBLE.items() if getattr(chosen, key) not in possible})
     _refuse(device, {f"chamber.{key}": getattr(chamber, key) for key in CHAMBER if chamber and getattr(chamber, key) != 0})
-    asked: dict[str, Any] = {"sample_s": chosen.sample_s, "runs": chosen.runs, "force_g": felt_g(chosen.axis)}
+    _, _, up = direction(chosen.axis)
+    asked: dict[str, Any] = {"sample_s": chosen.sample_s, "runs": chosen.runs, "force_g": up}
     own = _with_noise(device, noise or Noise())
     for seed in range(chosen.seed, chosen.seed + devices):
         yield simulate_accelerometer(own, profile=profile, seed=seed, **asked)
-
-
-def felt_g(axis: str | Sequence[float]) -> float:
-    """Specific force along an axis at rest, how much of it points up, which is what it would have of the Earth's rate at the pole [g].
-
-    Args:
-        axis: as in `zoo.simulator.earth`.
-    """
-    return round(earth_rate(90.0, axis) / earth_rate(90.0), 12) + 0.0
 
 
 def _refuse(device: Accelerometer, given: Mapping[str, Any]) -> None:
