@@ -13,13 +13,14 @@ import numpy as np
 import torch
 from scipy.integrate import solve_ivp
 
-from zoo.simulator.changing_heat import Balance, balance
-from zoo.simulator.classes import MEDIUM, TACTICAL
-from zoo.simulator.coefficients import RADIATED, bite
-from zoo.simulator.device import Device, draw
-from zoo.simulator.heat import Heat, coil_weight, heat
-from zoo.simulator.paper_gyros import typical
-from zoo.simulator.program import Program
+from zoo.simulator.gyros.classes import MEDIUM, TACTICAL
+from zoo.simulator.gyros.device import Device, draw
+from zoo.simulator.gyros.paper_gyros import typical
+from zoo.simulator.laboratory.program import Program
+from zoo.simulator.thermal.changing_heat import Balance, balance
+from zoo.simulator.thermal.coefficients import RADIATED, bite
+from zoo.simulator.thermal.heat import Heat, heat
+from zoo.simulator.thermal.winding_weights import coil_weight
 
 STEP_S = 10.0
 COLD, HOT = -40.0, 60.0

@@ -13,11 +13,11 @@ import numpy as np
 import torch
 
 from zoo.catalog import build, names
-from zoo.simulator.classes import MEDIUM
-from zoo.simulator.device import draw
-from zoo.simulator.gyro_class import changed
-from zoo.simulator.heat import heat
+from zoo.simulator.gyros.classes import MEDIUM
+from zoo.simulator.gyros.device import draw
+from zoo.simulator.gyros.gyro_class import changed
 from zoo.simulator.simulate import fleet
+from zoo.simulator.thermal.heat import heat
 
 LATITUDE = {"reference_dph": 9.67, "runs": 1}
 HOURS_14 = 50_400

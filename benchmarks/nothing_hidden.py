@@ -12,8 +12,8 @@ import torch
 
 from zoo.catalog import build, names
 from zoo.diagnosis.diagnose import diagnose
+from zoo.simulator.gyros.presets import MEDIUM, TACTICAL
 from zoo.simulator.in_process import as_run
-from zoo.simulator.presets import MEDIUM, TACTICAL
 from zoo.simulator.simulate import simulate
 
 BASE = ["static_bias", "shupe", "mohr"]

@@ -12,9 +12,9 @@ from zoo.catalog import build, names
 from zoo.diagnosis.diagnose import Diagnosis, diagnose
 from zoo.effects.base import Effect
 from zoo.measurements.run import Run
+from zoo.simulator.gyros.presets import gyro_class
 from zoo.simulator.in_process import as_run
-from zoo.simulator.presets import gyro_class
-from zoo.simulator.profiles import campaign, tour
+from zoo.simulator.laboratory.profiles import campaign, tour
 from zoo.simulator.simulate import Simulation, simulate
 
 CATALOGUE: dict[str, Effect] = {name: build("effects", name) for name in names("effects")}

@@ -23,11 +23,11 @@ from zoo.report.truth.tables import device_rows, said
 from zoo.report.truth.winding_heat import over_fibre, snapshots, temperatures
 from zoo.report.truth.winding_numbers import axial_weight, excess_turns, layer_weights, radial_weight, summed_weight, trimmed
 from zoo.report.wording import significant
-from zoo.simulator.chamber import Chamber
-from zoo.simulator.gyro_class import GyroClass
-from zoo.simulator.presets import gyro_class
-from zoo.simulator.profiles import legs
-from zoo.simulator.program import Program
+from zoo.simulator.gyros.gyro_class import GyroClass
+from zoo.simulator.gyros.presets import gyro_class
+from zoo.simulator.laboratory.chamber import Chamber
+from zoo.simulator.laboratory.profiles import legs
+from zoo.simulator.laboratory.program import Program
 from zoo.simulator.simulate import simulate
 from zoo.simulator.simulation import Simulation
 

@@ -15,9 +15,9 @@ from hypothesis import strategies as st
 from zoo.catalog import build, names
 from zoo.errors import InputError
 from zoo.physics.lag import lagged
-from zoo.simulator.chamber import WANDER_RAD, Chamber
-from zoo.simulator.profiles import legs, sine
-from zoo.simulator.program import Program
+from zoo.simulator.laboratory.chamber import WANDER_RAD, Chamber
+from zoo.simulator.laboratory.profiles import legs, sine
+from zoo.simulator.laboratory.program import Program
 from zoo.simulator.streams import stream
 
 LEGS = st.lists(st.tuples(st.floats(-60, 90), st.floats(-60, 90), st.floats(1, 1e4)), min_size=1, max_size=6)

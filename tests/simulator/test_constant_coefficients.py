@@ -11,14 +11,15 @@ from scipy.integrate import solve_ivp
 from torch import Tensor
 
 from zoo.physics import materials
-from zoo.simulator.changing_heat import balance
-from zoo.simulator.classes import MEDIUM
-from zoo.simulator.coefficients import RADIATED, at_temperature, bite, housing_film
-from zoo.simulator.device import Device, draw
-from zoo.simulator.gyro_class import changed
-from zoo.simulator.heat import Heat, body, coil_weight, heat
-from zoo.simulator.paper_gyros import typical
-from zoo.simulator.program import Program
+from zoo.simulator.gyros.classes import MEDIUM
+from zoo.simulator.gyros.device import Device, draw
+from zoo.simulator.gyros.gyro_class import changed
+from zoo.simulator.gyros.paper_gyros import typical
+from zoo.simulator.laboratory.program import Program
+from zoo.simulator.thermal.changing_heat import balance
+from zoo.simulator.thermal.coefficients import RADIATED, at_temperature, bite, housing_film
+from zoo.simulator.thermal.heat import Heat, body, heat
+from zoo.simulator.thermal.winding_weights import coil_weight
 
 F64 = torch.float64
 STEP_S = 20.0

@@ -10,7 +10,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from zoo.errors import InputError
-from zoo.simulator.earth import AXES, earth_rate
+from zoo.simulator.laboratory.earth import AXES, earth_rate
 
 LATITUDES = st.floats(-90, 90)
 STELLAR_DAY_S = 86164.098904

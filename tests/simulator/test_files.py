@@ -17,9 +17,9 @@ from zoo.errors import InputError
 from zoo.measurements.read import read_runs
 from zoo.physics.winding import PATTERNS, shupe_weight
 from zoo.simulator.files import write
+from zoo.simulator.gyros.presets import MEDIUM, PRESETS, gyro_class
 from zoo.simulator.in_process import as_run
-from zoo.simulator.presets import MEDIUM, PRESETS, gyro_class
-from zoo.simulator.profiles import legs
+from zoo.simulator.laboratory.profiles import legs
 from zoo.simulator.simulate import simulate
 from zoo.simulator.simulation import Simulation
 from zoo.units import convert

@@ -17,11 +17,11 @@ from zoo.catalog import build, names
 from zoo.cli.application import run as fogzoo
 from zoo.physics.conduction import FIDELITIES
 from zoo.simulator import simulate as module
-from zoo.simulator.chamber import Chamber
-from zoo.simulator.device import draw
+from zoo.simulator.gyros.device import draw
+from zoo.simulator.gyros.presets import MEDIUM, NAVIGATION, TACTICAL
+from zoo.simulator.laboratory.chamber import Chamber
+from zoo.simulator.laboratory.profiles import legs
 from zoo.simulator.noise import Noise
-from zoo.simulator.presets import MEDIUM, NAVIGATION, TACTICAL
-from zoo.simulator.profiles import legs
 from zoo.simulator.recorded import Recorded
 from zoo.simulator.simulate import fleet, simulate
 from zoo.simulator.simulation import Simulation

@@ -12,13 +12,14 @@ from torch import Tensor
 from zoo.physics.conduction import FIDELITIES
 from zoo.physics.system import field
 from zoo.physics.winding import CROSSOVER_FREE, PATTERNS, shupe_weight
-from zoo.simulator.chamber import Chamber
-from zoo.simulator.device import Device, draw
-from zoo.simulator.heat import Heat, coil_weight, column_weight, heat, strain_per_k, system
-from zoo.simulator.paper_gyros import typical
-from zoo.simulator.presets import MEDIUM, gyro_class
-from zoo.simulator.program import Program
+from zoo.simulator.gyros.device import Device, draw
+from zoo.simulator.gyros.paper_gyros import typical
+from zoo.simulator.gyros.presets import MEDIUM, gyro_class
+from zoo.simulator.laboratory.chamber import Chamber
+from zoo.simulator.laboratory.program import Program
 from zoo.simulator.streams import stream
+from zoo.simulator.thermal.heat import Heat, heat, system
+from zoo.simulator.thermal.winding_weights import coil_weight, column_weight, strain_per_k
 from zoo.units import convert
 
 F64 = torch.float64

@@ -11,18 +11,18 @@ import torch
 from zoo.catalog import build
 from zoo.errors import InputError
 from zoo.physics.winding import shupe_weight, wind
-from zoo.simulator.chamber import Chamber
-from zoo.simulator.device import draw
-from zoo.simulator.gyro_class import SPANS
-from zoo.simulator.heat import heat
+from zoo.simulator.gyros.device import draw
+from zoo.simulator.gyros.gyro_class import SPANS
+from zoo.simulator.gyros.presets import MEDIUM, PRESETS, gyro_class
 from zoo.simulator.inputs import recorded_inputs
+from zoo.simulator.laboratory.chamber import Chamber
+from zoo.simulator.laboratory.profiles import legs
 from zoo.simulator.noise import SILENT, Noise
-from zoo.simulator.presets import MEDIUM, PRESETS, gyro_class
-from zoo.simulator.profiles import legs
 from zoo.simulator.settings import PLACES
 from zoo.simulator.simulate import simulate
 from zoo.simulator.simulation import Simulation
 from zoo.simulator.streams import stream
+from zoo.simulator.thermal.heat import heat
 from zoo.simulator.thermometers import reading
 
 TIME = torch.arange(0, 20000, 10.0, dtype=torch.float64)

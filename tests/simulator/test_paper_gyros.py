@@ -9,7 +9,7 @@ from torch import Tensor
 from zoo.catalog import build
 from zoo.scoring.rate_windows import rate_windows
 from zoo.scoring.stages import bias_stability
-from zoo.simulator.presets import PRESETS
+from zoo.simulator.gyros.presets import PRESETS
 from zoo.simulator.recorded import Recorded
 from zoo.simulator.simulate import simulate
 

@@ -13,9 +13,9 @@ from hypothesis import strategies as st
 
 from zoo.catalog import build, names
 from zoo.errors import InputError
-from zoo.simulator.profiles import LEGS_A_PERIOD, campaign, cycle, legs, sine, staircase, tour
-from zoo.simulator.program import Campaign, Program
-from zoo.simulator.rate_table import rate_table
+from zoo.simulator.laboratory.profiles import LEGS_A_PERIOD, campaign, cycle, legs, sine, staircase, tour
+from zoo.simulator.laboratory.program import Campaign, Program
+from zoo.simulator.laboratory.rate_table import rate_table
 
 
 def times(*values: float) -> torch.Tensor:

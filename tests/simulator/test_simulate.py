@@ -11,10 +11,10 @@ import torch
 from zoo.catalog import build, names
 from zoo.effects.base import Effect, History, Parameter
 from zoo.errors import InputError
-from zoo.simulator.chamber import Chamber
+from zoo.simulator.gyros.presets import MEDIUM, NAVIGATION, TACTICAL, gyro_class
+from zoo.simulator.laboratory.chamber import Chamber
+from zoo.simulator.laboratory.profiles import legs
 from zoo.simulator.noise import LOSS_EXPONENT, SILENT, Noise
-from zoo.simulator.presets import MEDIUM, NAVIGATION, TACTICAL, gyro_class
-from zoo.simulator.profiles import legs
 from zoo.simulator.shares import LEAST_VISIBLE
 from zoo.simulator.simulate import fleet, simulate
 from zoo.simulator.simulation import Simulation

@@ -12,9 +12,9 @@ from torch import Tensor
 from zoo.effects.base import Effect, Parameter, physical_value
 from zoo.effects.shupe import Shupe
 from zoo.errors import InputError, nearest
-from zoo.simulator.device import Device
-from zoo.simulator.heat import column_weight
+from zoo.simulator.gyros.device import Device
 from zoo.simulator.streams import Span, sign, stream, uniform
+from zoo.simulator.thermal.winding_weights import column_weight
 
 # Leading amplitude, and how large the others may be relative to it. Engineering priors at 60 K from the reference; fringes of any phase.
 RATIOS: dict[str, tuple[str, dict[str, float]]] = {

@@ -11,13 +11,13 @@ from torch import Tensor
 from zoo.effects.base import Effect, History
 from zoo.effects.mohr import Mohr
 from zoo.effects.shupe import Shupe
-from zoo.simulator.chamber import Chamber
-from zoo.simulator.device import Device
-from zoo.simulator.heat import Heat, heat
+from zoo.simulator.gyros.device import Device
 from zoo.simulator.inputs import recorded_inputs
-from zoo.simulator.program import Program
+from zoo.simulator.laboratory.chamber import Chamber
+from zoo.simulator.laboratory.program import Program
 from zoo.simulator.settings import Settings
 from zoo.simulator.streams import stream
+from zoo.simulator.thermal.heat import Heat, heat
 
 
 @dataclass(frozen=True, eq=False)

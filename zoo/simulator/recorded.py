@@ -8,10 +8,10 @@ from dataclasses import dataclass
 import torch
 from torch import Tensor
 
-from zoo.simulator.device import Device
+from zoo.simulator.gyros.device import Device
+from zoo.simulator.laboratory.program import Program
 from zoo.simulator.noise import Noise, counted, flicker, loss_factor, rate_ramp, rate_walk, white
 from zoo.simulator.plant import Scenario
-from zoo.simulator.program import Program
 from zoo.simulator.streams import stream
 from zoo.simulator.thermometers import readings
 

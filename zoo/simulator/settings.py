@@ -8,9 +8,9 @@ from dataclasses import dataclass
 
 from zoo.errors import InputError, nearest
 from zoo.physics.conduction import FIDELITIES
-from zoo.simulator.earth import earth_rate
 from zoo.simulator.given import check_number
-from zoo.simulator.program import Campaign
+from zoo.simulator.laboratory.earth import earth_rate
+from zoo.simulator.laboratory.program import Campaign
 
 MOST_RUNS = 1000
 MOST_ROWS = 1_000_000
@@ -32,7 +32,7 @@ class Settings:
         cold_start: whether the gyro's body begins as cold as the air, and not warmed through by its electronics.
         reference_dph: true rate besides the Earth's and the table's [°/h].
         latitude_deg: of the laboratory; None leaves the Earth's rate out.
-        axis: where the input axis points, see `zoo.simulator.earth`.
+        axis: where the input axis points, see `zoo.simulator.laboratory.earth`.
         amplitude: RMS of each hidden effect over the runs, beyond what the other effects could take up [°/h]; None draws it.
         torch_device: where the heat and the effects are computed.
     """

@@ -10,8 +10,8 @@ from torch import Tensor
 
 from zoo.effects.base import Effect
 from zoo.errors import InputError
-from zoo.simulator.device import Device
 from zoo.simulator.draws import Scene, draw_amplitude, draw_direction, draw_shape, given_values, shape_parameters
+from zoo.simulator.gyros.device import Device
 from zoo.simulator.plant import Scenario
 from zoo.simulator.streams import stream, uniform
 

@@ -11,14 +11,14 @@ from torch import Tensor
 
 from zoo.effects.base import Effect
 from zoo.errors import InputError
-from zoo.simulator.chamber import Chamber
-from zoo.simulator.device import Device, draw
 from zoo.simulator.draws import check_given
-from zoo.simulator.gyro_class import GyroClass
+from zoo.simulator.gyros.device import Device, draw
+from zoo.simulator.gyros.gyro_class import GyroClass
 from zoo.simulator.inputs import NAMES
+from zoo.simulator.laboratory.chamber import Chamber
+from zoo.simulator.laboratory.program import Campaign
 from zoo.simulator.noise import Noise
 from zoo.simulator.plant import Scenario, scenario
-from zoo.simulator.program import Campaign
 from zoo.simulator.recorded import levels, record
 from zoo.simulator.settings import Settings
 from zoo.simulator.shares import Drawing, Share, choose_hidden, contribution, draw_shares

@@ -7,7 +7,7 @@ from typing import Any, Protocol
 
 from torch import Tensor
 
-from zoo.simulator.program import Program
+from zoo.simulator.laboratory.program import Program
 
 
 class Recording(Protocol):

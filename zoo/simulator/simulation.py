@@ -5,14 +5,14 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Any, ClassVar
 
-from zoo.simulator.chamber import Chamber
-from zoo.simulator.device import Device
-from zoo.simulator.heat import coil_weight, strain_per_k
+from zoo.simulator.gyros.device import Device
+from zoo.simulator.laboratory.chamber import Chamber
 from zoo.simulator.noise import Noise
 from zoo.simulator.recorded import Recorded
 from zoo.simulator.settings import Settings
 from zoo.simulator.shares import Share
 from zoo.simulator.simulated import heading, recorded_runs, valued
+from zoo.simulator.thermal.winding_weights import coil_weight, strain_per_k
 
 UNITS = {
     "random_walk": "°/√h",

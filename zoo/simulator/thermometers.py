@@ -8,7 +8,7 @@ import torch
 from torch import Tensor
 
 from zoo.physics.lag import lagged
-from zoo.simulator.device import Device
+from zoo.simulator.gyros.device import Device
 from zoo.simulator.noise import Noise
 from zoo.simulator.plant import Scenario
 from zoo.simulator.streams import normal, stream

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass
 
-from zoo.simulator.program import Program
+from zoo.simulator.laboratory.program import Program
 from zoo.units import convert
 
 SOON_S = 600.0

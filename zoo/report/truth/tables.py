@@ -10,10 +10,10 @@ from typing import Any
 
 from zoo.report.truth.effect_stack import effects_of
 from zoo.report.wording import NONE, significant, unit_symbol
-from zoo.simulator.chamber import Chamber
-from zoo.simulator.device import Device
 from zoo.simulator.draws import shape_parameters
-from zoo.simulator.gyro_class import GyroClass
+from zoo.simulator.gyros.device import Device
+from zoo.simulator.gyros.gyro_class import GyroClass
+from zoo.simulator.laboratory.chamber import Chamber
 from zoo.simulator.noise import Noise
 from zoo.simulator.recorded import Recorded
 from zoo.simulator.settings import Settings

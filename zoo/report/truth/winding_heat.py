@@ -10,10 +10,10 @@ import torch
 from torch import Tensor
 
 from zoo.report.truth.moments import Moment, moments
-from zoo.simulator.heat import fields
 from zoo.simulator.plant import air_of
 from zoo.simulator.recorded import Recorded
 from zoo.simulator.simulation import Simulation
+from zoo.simulator.thermal.heat import fields
 from zoo.units import convert
 
 LABEL = 1

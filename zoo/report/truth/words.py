@@ -9,10 +9,10 @@ import torch
 from zoo.report.truth.effect_stack import Parts
 from zoo.report.truth.winding_numbers import WEIGHT, axial_weight, radial_weight, trimmed
 from zoo.report.wording import joined, significant
-from zoo.simulator.heat import column_weight
 from zoo.simulator.recorded import Recorded
 from zoo.simulator.simulated import truth_file
 from zoo.simulator.simulation import Simulation
+from zoo.simulator.thermal.winding_weights import column_weight
 
 NOTHING = 1e-3
 """So little of the whole is not worth a word."""

@@ -9,10 +9,10 @@ from typing import Any
 from zoo.errors import InputError
 from zoo.simulator.accelerometer.preset import Accelerometer
 from zoo.simulator.accelerometer.runs import PowerOnRuns, simulate_accelerometer
-from zoo.simulator.chamber import Chamber
-from zoo.simulator.earth import direction
+from zoo.simulator.laboratory.chamber import Chamber
+from zoo.simulator.laboratory.earth import direction
+from zoo.simulator.laboratory.program import Campaign
 from zoo.simulator.noise import SILENT, Noise
-from zoo.simulator.program import Campaign
 from zoo.simulator.settings import Settings
 
 POSSIBLE: Mapping[str, Sequence[Any]] = {

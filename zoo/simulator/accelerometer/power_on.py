@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 
 from zoo.errors import InputError
 from zoo.simulator.given import check_number
-from zoo.simulator.program import Campaign, Program
+from zoo.simulator.laboratory.program import Campaign, Program
 
 MOST_COUNTS = 100_000
 LIMITS: Mapping[str, tuple[float, float, str]] = {

@@ -14,8 +14,8 @@ from zoo.errors import InputError
 from zoo.simulator.accelerometer.beams import beam_temperatures, drift_pulses, expected_pulses, over_gate
 from zoo.simulator.accelerometer.power_on import PowerOn
 from zoo.simulator.accelerometer.preset import HUI2016, PARAMETERS, Accelerometer
+from zoo.simulator.laboratory.program import Campaign, Program
 from zoo.simulator.noise import counted
-from zoo.simulator.program import Campaign, Program
 from zoo.simulator.simulated import heading, recorded_runs, valued
 from zoo.simulator.streams import normal, stream
 

@@ -10,9 +10,10 @@ from torch import Tensor
 from zoo.physics.conduction import Pack
 from zoo.physics.lumps import Lumps
 from zoo.physics.materials import metal_capacity
-from zoo.simulator.coefficients import RADIATED, gap_film, housing_film, winding_capacity, winding_conductivity
-from zoo.simulator.device import Device
-from zoo.simulator.heat import HOUSING, SECONDS_PER_MINUTE, SPOOL, WATCHED, Heat, body, watched
+from zoo.simulator.gyros.device import Device
+from zoo.simulator.thermal.coefficients import RADIATED, gap_film, housing_film, winding_capacity, winding_conductivity
+from zoo.simulator.thermal.heat import HOUSING, SPOOL, WATCHED, Heat, body, watched
+from zoo.simulator.thermal.winding_weights import SECONDS_PER_MINUTE
 
 
 @dataclass(frozen=True, eq=False)

@@ -19,8 +19,9 @@ from zoo.physics.materials import (
     silica_conductivity,
 )
 from zoo.physics.system import modes
-from zoo.simulator.device import Device
-from zoo.simulator.heat import coil_weight, heat, system, watched
+from zoo.simulator.gyros.device import Device
+from zoo.simulator.thermal.heat import heat, system, watched
+from zoo.simulator.thermal.winding_weights import coil_weight
 
 RADIATED = 0.3
 """Share of radiation in the film of the housing at 20 °C, an engineering prior: 4.6 W/m²/K of a painted surface (ε 0.8) beside 11 W/m²/K of a

@@ -11,7 +11,7 @@ from torch import Tensor
 from zoo.errors import InputError, nearest
 from zoo.physics.recurrence import affine
 from zoo.simulator.given import check_number
-from zoo.simulator.program import Program
+from zoo.simulator.laboratory.program import Program
 from zoo.simulator.streams import normal, uniform
 
 WANDER_RAD = 0.3

@@ -11,7 +11,7 @@ from torch import Tensor
 
 from zoo.physics.composite import GLASS_W_PER_M_K, transverse_conductivity
 from zoo.physics.winding import Coil, Winding, balancing_trim, wind
-from zoo.simulator.gyro_class import SPANS, GyroClass
+from zoo.simulator.gyros.gyro_class import SPANS, GyroClass
 from zoo.simulator.streams import Span, normal, stream
 
 PER_DEVICE = tuple(key for key in SPANS if not key.startswith("sensor_"))

@@ -6,8 +6,8 @@ from collections.abc import Iterator, Sequence
 
 from zoo.errors import InputError
 from zoo.simulator.given import check_number, check_numbers
-from zoo.simulator.profiles import tour
-from zoo.simulator.program import Campaign, Program
+from zoo.simulator.laboratory.profiles import tour
+from zoo.simulator.laboratory.program import Campaign, Program
 from zoo.units import convert
 
 

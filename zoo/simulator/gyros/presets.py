@@ -6,9 +6,9 @@ from collections.abc import Mapping
 from typing import Any
 
 from zoo.errors import InputError, nearest
-from zoo.simulator.classes import MEDIUM, NAVIGATION, TACTICAL
-from zoo.simulator.gyro_class import GyroClass, changed
-from zoo.simulator.paper_gyros import LIU2010, QIU2023, TONG2019
+from zoo.simulator.gyros.classes import MEDIUM, NAVIGATION, TACTICAL
+from zoo.simulator.gyros.gyro_class import GyroClass, changed
+from zoo.simulator.gyros.paper_gyros import LIU2010, QIU2023, TONG2019
 
 PRESETS: Mapping[str, GyroClass] = {one.name: one for one in (MEDIUM, TACTICAL, NAVIGATION, QIU2023, TONG2019, LIU2010)}
 

@@ -6,8 +6,8 @@ import math
 from dataclasses import replace
 from typing import Any
 
-from zoo.simulator.classes import MEDIUM, TACTICAL
-from zoo.simulator.gyro_class import SPANS, GyroClass
+from zoo.simulator.gyros.classes import MEDIUM, TACTICAL
+from zoo.simulator.gyros.gyro_class import SPANS, GyroClass
 from zoo.simulator.streams import Span
 
 

@@ -8,7 +8,7 @@ from itertools import pairwise
 
 from zoo.errors import InputError
 from zoo.simulator.given import check_number, check_numbers, is_number
-from zoo.simulator.program import LEG, Campaign, Program
+from zoo.simulator.laboratory.program import LEG, Campaign, Program
 from zoo.units import convert
 
 SECONDS_PER_MINUTE = 60.0

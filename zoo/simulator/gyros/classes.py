@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-from zoo.simulator.gyro_class import GyroClass
+from zoo.simulator.gyros.gyro_class import GyroClass
 from zoo.simulator.streams import Span
 
 MEDIUM = GyroClass(
