@@ -6,7 +6,7 @@ import importlib
 import re
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Any
+from typing import Any, cast
 
 import torch
 from hydra.errors import InstantiationException
@@ -64,12 +64,18 @@ def load(group: str, name: str, searchpath: Sequence[Path] = ()) -> DictConfig:
         raise InputError(f"{path}: {in_brief(error)}") from error
     if not isinstance(config, DictConfig):
         raise InputError(f"{path}: a mapping was expected, found {type(config).__name__}")
-    if isinstance(config.get(group), DictConfig) and group not in LISTS:
-        config = config[group]  # a YAML that also chooses from other groups
-    config.pop("defaults", None)  # what it includes are settings that stand at their defaults
     if group in LISTS:
         _check_entry(config, name, f"{group.removesuffix('s')} '{name}' ({path})")
-    return config
+        return config
+    included = _included(config, group)
+    own = config[group] if isinstance(config.get(group), DictConfig) else config  # a YAML may also choose from other groups
+    return cast(DictConfig, OmegaConf.merge(*(load(group, one, searchpath) for one in included), own))
+
+
+def _included(config: DictConfig, group: str) -> list[str]:
+    """Takes the defaults list out of a config, and gives the names of its own group in there, such as ``parts/parameters@_here_``."""
+    entries = [str(one).partition("@")[0] for one in config.pop("defaults", None) or [] if isinstance(one, str)]
+    return [one.removeprefix(f"/{group}/") for one in entries if one != "_self_"]
 
 
 def _check_entry(config: DictConfig, name: str, which: str) -> None:
