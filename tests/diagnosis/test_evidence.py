@@ -15,13 +15,14 @@ from torch import Generator
 from zoo.catalog import build, names
 from zoo.diagnosis.alike import indistinguishable
 from zoo.diagnosis.cross_validation import rms_by_run, segment_cost
+from zoo.diagnosis.posterior import TEMPER, posterior, unknown
 from zoo.diagnosis.screening import Screened, screen
-from zoo.diagnosis.search import ACCEPT, Search, Step, Trial, posterior, what_helps
+from zoo.diagnosis.search import ACCEPT, Search, Trial, what_helps
 from zoo.diagnosis.structure import examine
 from zoo.fitting.projection import project
 from zoo.scoring.noise import NoiseModel
 
-ABSORBED = {"static_bias", "shupe", "mohr", "sensor_lag"}
+ABSORBED = {"static_bias", "shupe", "mohr", "sensor_lag", "thermal_gradient", "fixture_rotation"}
 """The base, and what it makes up for."""
 OF_THEIR_OWN = [name for name in names("effects") if name not in ABSORBED and not build("effects", name).needs_varied_reference]
 
@@ -35,15 +36,15 @@ def test_a_posterior_sums_to_less_than_one(evidences) -> None:
     chances = posterior([trial(str(i), value) for i, value in enumerate(evidences)])
     assert sum(chances.values()) <= 1 + 1e-12
     assert all(0 <= chance <= 1 for chance in chances.values())
-    odds = math.exp(ACCEPT) * max(len(evidences), 1)  # of nothing at all, before looking
-    none = odds / (odds + sum(math.exp(value) for value in evidences)) if max(evidences, default=0) < 100 else 0.0
+    odds = (math.exp(ACCEPT) * max(len(evidences), 1)) ** TEMPER  # of nothing at all, before looking
+    none = odds / (odds + sum(math.exp(TEMPER * value) for value in evidences)) if max(evidences, default=0) < 100 else 0.0
     assert sum(chances.values()) == pytest.approx(1 - none)
 
 
 def test_equal_evidence_is_equal_probability() -> None:
     chances = posterior([trial("a", 40.0), trial("b", 40.0), trial("c", 30.0)])
-    assert chances["a"] == chances["b"] == pytest.approx(0.5, rel=1e-3)
-    assert chances["a"] / chances["c"] == pytest.approx(math.exp(10))
+    assert chances["a"] == chances["b"] == pytest.approx(0.5, rel=5e-3)
+    assert chances["a"] / chances["c"] == pytest.approx(math.exp(10 * TEMPER))
 
 
 def test_posteriors_of_every_round_of_a_search_sum_to_less_than_one(diagnosis) -> None:
@@ -114,10 +115,10 @@ def test_the_absolute_test_does_not_rest_on_the_colour_of_the_noise_alone(diagno
     """Level and smooth dependences fail a fault by themselves, each."""
     found = diagnosis("rate_temperature_coupling")
     bench, base, final = found.bench, found.search.base, found.search.final
-    monkeypatch.setattr(type(bench.mixtures), "exhausted", lambda mixtures, noise: False)
+    monkeypatch.setattr(type(bench.mixtures), "used_up", lambda mixtures, noise: 0.0)
     assert examine(bench, final, base).is_noise
     assert not examine(bench, base, base).is_noise
-    monkeypatch.setattr("zoo.diagnosis.structure.dependences", lambda bench, final: [])
+    monkeypatch.setattr("zoo.diagnosis.structure.free_dependences", lambda bench, final: [])
     loud = replace(base, design=copy.copy(base.design))
     loud.design.error = base.design.error + 6 * bench.mixtures.white * torch.sin(torch.arange(bench.blocks, dtype=torch.float64) * 2.0)
     structure = examine(bench, loud, loud)
@@ -128,7 +129,7 @@ def test_the_absolute_test_does_not_rest_on_the_colour_of_the_noise_alone(diagno
 def test_an_effect_is_distinguishable_from_what_looks_different(diagnosis) -> None:
     found = diagnosis("bias_step")
     bench, base, final = found.bench, found.search.base, found.search.final
-    assert indistinguishable(bench, base, final, ["magnetic", "supply_voltage", "bias_step", "polarization"]) == []
+    assert indistinguishable(bench, final, "bias_step", ["magnetic", "supply_voltage", "bias_step", "polarization"]) == []
 
 
 @pytest.mark.parametrize("name", OF_THEIR_OWN)
@@ -138,7 +139,7 @@ def test_an_effect_is_indistinguishable_from_its_own_double(diagnosis, monkeypat
     bench, base, final = found.bench, found.search.base, found.search.final
     assert final.names[-1] == name
     monkeypatch.setitem(bench.effects, "double", bench.effects[name])
-    assert "double" in indistinguishable(bench, base, final, ["double"])
+    assert "double" in indistinguishable(bench, final, name, ["double"])
 
 
 @pytest.mark.parametrize("onset_h", [1.9031, 3.3337])
@@ -147,7 +148,8 @@ def test_the_onset_of_a_step_is_screened_to_a_sample(diagnosis, onset_h) -> None
     found = diagnosis("")
     base, bench = found.search.base, found.bench
     step = torch.cat([run.block_mean((run.time - run.time[0] > onset_h * 3600).double()) for run in bench.runs]).unsqueeze(1)
-    planted = replace(base, fit=replace(base.fit, residual=base.fit.residual + 30 * bench.whitener(bench.mixtures.white * step).squeeze(1)))
+    planted = replace(base, design=copy.copy(base.design))
+    planted.design.error = base.design.error + 30 * bench.mixtures.white * step.squeeze(1)
     assert float(screen(bench, planted, ["bias_step"])[0].shape[0]) == pytest.approx(onset_h, abs=20 / 3600)
 
 
@@ -161,11 +163,11 @@ def test_all_that_is_said_of_a_candidate_is_from_one_round(diagnosis, hidden) ->
     for trial in first.trials:
         one = said[trial.screened.name]
         assert one["beside"] == list(found.search.base.names)
-        assert one["probability"] == pytest.approx(posterior(first.trials)[trial.screened.name])
+        assert one["probability"] == pytest.approx(posterior(first.trials)[trial.screened.name] * (1.0 - unknown(found.structure)))
         if trial.solved is not None:
             assert (one["rms"], one["delta_bic"]) == (trial.solved.rms, pytest.approx(-2 * trial.evidence))
     assert said[hidden]["parameters"] == found.record["parameters"][hidden]
-    assert said[hidden]["rms"] == pytest.approx(found.record["rms_final"], rel=2e-3)
+    assert said[hidden]["rms"] == pytest.approx(found.record["rms_final"], rel=0.04), "the final model is fitted on, in another shape if need be"
 
 
 def test_where_nothing_suffices_only_large_steps_are_named(diagnosis) -> None:
@@ -176,11 +178,9 @@ def test_where_nothing_suffices_only_large_steps_are_named(diagnosis) -> None:
         return SimpleNamespace(rms=rms, names=(*real.names, *names))
 
     models = [left(1.0), left(0.5**0.5, "a"), left(0.4**0.5, "a", "b"), left(0.16**0.5, "a", "b", "c")]
-    steps = [Step(before, [], chosen) for before, chosen in zip(models, ["a", "b", "c", None], strict=True)]
-    helped = what_helps(Search(models[0], models[-1], steps))
-    assert helped.missing == ["a"]
-    assert what_helps(Search(models[0], models[2], [*steps[:1], Step(models[1], [], "b")])).missing == ["a"]
-    assert what_helps(Search(models[0], models[0], [Step(models[0], [], None)])).missing == []
+    assert what_helps(Search(models[0], models[-1], path=models[1:])).missing == ["a"]
+    assert what_helps(Search(models[0], models[2], path=models[1:3])).missing == ["a"]
+    assert what_helps(Search(models[0], models[0])).missing == []
 
 
 @pytest.mark.parametrize("mixture", [(1.0, 0.05, 0.0), (1.0, 0.6, 0.0), (1.0, 0.25, 0.3), (1.1, 1.2, 0.1)])
@@ -197,4 +197,4 @@ def test_the_likeliest_mixture_resembles_the_noise_that_was_drawn(diagnosis, mix
     dof = found.bench.blocks - columns.shape[1]
     assert sum(one.cost for one in results) / 4 / dof == pytest.approx(1, abs=0.08)
     assert sum(one.noise.white for one in results) / 4 == pytest.approx(share[0], rel=0.12)
-    assert not any(mixtures.exhausted(one.noise) for one in results)
+    assert not any(mixtures.used_up(one.noise) >= 1 for one in results)

@@ -11,7 +11,7 @@ from zoo.catalog import build, names
 from zoo.diagnosis.preparation import check_swing
 from zoo.errors import InputError
 
-TIMELESS = {"warm_up", "aging", "bias_step", "supply_voltage"}
+TIMELESS = {"warm_up", "aging", "bias_step", "supply_voltage", "chamber_cycling", "dead_band"}
 """Effects of time and of recorded inputs."""
 
 

@@ -15,8 +15,13 @@ from zoo.diagnosis.preparation import reference_varies
 from zoo.measurements.run import Run
 
 OF_THE_INPUT = [name for name in names("effects") if build("effects", name).needs_varied_reference]
-SIZES = {"scale_factor": (300.0, 20.0, 0.0), "scale_factor_nonlinearity": (0.0, -0.08, 0.0)}
-"""In ppm, ppm/K, …, with ppm/(°/h)² for the cubic: 800 ppm at 100 °/h."""
+SIZES = {
+    "scale_factor": (300.0, 20.0, 0.0),
+    "scale_factor_nonlinearity": (0.0, -0.08, 0.0),
+    "misalignment": (0.05, 2e-3, 0.0),
+    "dead_band": (40.0, 0.1),
+}
+"""In ppm, ppm/K, …, with ppm/(°/h)² for the cubic: 800 ppm at 100 °/h; in °/h, °/h/K …; width and depth in °/h."""
 RATE_DPH, TURN_S = 100.0, 1500.0
 
 
@@ -41,6 +46,8 @@ def planted(run: Run, name: str) -> Run:
     columns = {
         "scale_factor": [rate, theta * rate, theta**2 * rate],
         "scale_factor_nonlinearity": [rate**2, rate**3, theta * rate**3],
+        "misalignment": [1e6 * rate.sign() * theta**power for power in range(3)],
+        "dead_band": [0.0 * rate, -1e6 * rate / sizes[0] * torch.exp(0.5 * (1 - (rate / sizes[0]) ** 2))],
     }[name]
     return replace(here, error=here.error + 1e-6 * torch.stack(columns, dim=-1) @ sizes)
 

@@ -11,7 +11,7 @@ import pytest
 import torch
 from torch import Tensor
 
-from zoo.effects.base import Effect, History
+from zoo.effects.base import History
 from zoo.models.places import histories
 
 KNOTS = ((0, 20), (1, 20), (1.5, 55), (2.5, 55), (3, 30), (3.25, 45), (4, 10), (5, 10), (6, -30), (7, -30), (7.5, 0), (7.75, -15), (9, 20), (12, 20))
@@ -36,27 +36,33 @@ def wandering(name: str, time: Tensor) -> Tensor:
 
 
 @pytest.fixture
-def seen() -> Callable[..., History]:
-    """Makes what an effect sees.
+def places() -> Callable[..., dict[str, History]]:
+    """Makes what effects see at each place.
 
-    The keywords: step_s [s], knots of the main thermometer (the outer one leads it by 5 min), run, inputs (column -> value, constant), start_s (the
-    clock's first reading), coil (lag in s and weight, may carry batch axes).
+    The keywords: needs (recorded columns), step_s [s], knots of the main thermometer (the outer one leads it by 5 min), run, inputs (column -> value,
+    constant), start_s (the clock's first reading), coil (lag in s and weight, may carry batch axes).
     """
 
     def make(
-        effect: Effect, step_s: float = 60.0, knots: Any = KNOTS, run: int = 1, inputs: Any = None, start_s: float = 0.0, coil: Any = COIL
-    ) -> History:
+        needs: Any = (), step_s: float = 60.0, knots: Any = KNOTS, run: int = 1, inputs: Any = None, start_s: float = 0.0, coil: Any = COIL
+    ) -> dict[str, History]:
         time = torch.arange(0, knots[-1][0] * 3600 + step_s / 2, step_s, dtype=torch.float64)
         earlier = [(max(0.0, hour - 1 / 12), value) for hour, value in knots[:-1]]
         outer = straight(time, (*earlier, knots[-1]))
         table = {"reference": 9.66 * torch.sin(time / 3000)}
-        for name in effect.needs:
+        for name in needs:
             table[name] = wandering(name, time) if inputs is None else torch.full_like(time, inputs[name])
         thermometers = torch.stack([straight(time, knots), outer], dim=-1)
         theta = torch.as_tensor(coil, dtype=torch.float64)
-        return histories(time + start_s, table, thermometers, theta, run)[effect.place]
+        return histories(time + start_s, table, thermometers, theta, run)
 
     return make
+
+
+@pytest.fixture
+def seen(places: Callable[..., dict[str, History]]) -> Callable[..., History]:
+    """Makes what one effect sees; the keywords are those of `places`."""
+    return lambda effect, **keywords: places(effect.needs, **keywords)[effect.place]
 
 
 @pytest.fixture

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from itertools import pairwise
+from dataclasses import replace
 
 import pytest
 import torch
@@ -10,13 +10,10 @@ from torch import Tensor
 
 from zoo.catalog import build
 from zoo.effects.base import Effect, History
-from zoo.effects.hysteresis import play
 
 RAMP = ((0, 20), (1, 20), (2, 50), (8, 50))
 """An hour at 20 °C, an hour at 0.5 K/min, six hours at 50 °C."""
 LONG_RAMP = ((0, -40), (10, 80))
-CYCLE = ((0, 20), (1, 20), (6, 60), (16, -40), (22, 20), (26, 20))
-"""A closed cycle from one isothermal state back to it, at 0.1 to 0.2 K/min."""
 
 
 def column(effect: Effect, history: History, *shape: float) -> Tensor:
@@ -26,33 +23,6 @@ def column(effect: Effect, history: History, *shape: float) -> Tensor:
 
 def integral(time: Tensor, value: Tensor) -> float:
     return float(torch.trapezoid(value, time))
-
-
-@pytest.mark.parametrize("name", ["mohr", "shupe", "rate_temperature_coupling", "sensor_lag"])
-def test_dynamic_effects_vanish_in_a_hold(name, seen) -> None:
-    effect = build("effects", name)
-    history = seen(effect, knots=RAMP)
-    columns = effect.columns(history, effect.shape_value.detach())
-    settled = history.time > 7 * 3600
-    assert float(columns[settled].abs().max()) < 1e-5 * float(columns.abs().max())
-    assert float(columns[history.time <= 3000].abs().max()) < 1e-12, "and in the hold before, for the coil is soaked at the start"
-
-
-@pytest.mark.parametrize("name", ["static_bias", "hysteresis", "polarization"])
-def test_functions_of_the_temperature_stay_in_a_hold(name, seen) -> None:
-    effect = build("effects", name)
-    history = seen(effect, knots=RAMP)
-    columns = effect.columns(history, effect.shape_value.detach())
-    assert float(columns[-60:].std(0).max()) < 1e-6
-    assert float((columns[-1] - columns[0]).abs().max()) > 1e-3
-
-
-@pytest.mark.parametrize("name", ["mohr", "shupe", "rate_temperature_coupling"])
-def test_the_sign_flips_with_the_rate(name, seen) -> None:
-    effect = build("effects", name)
-    history = seen(effect)
-    flipped = History(**{**vars(history), "rate": -history.rate})
-    assert torch.equal(effect.columns(flipped, effect.shape_value), -effect.columns(history, effect.shape_value))
 
 
 def test_mohr_is_the_rate_in_mid_ramp(seen) -> None:
@@ -85,27 +55,10 @@ def test_shupe_follows_the_second_derivative_for_slow_heat(seen) -> None:
     torch.testing.assert_close(column(effect, slow, 60.0)[20:], expected[20:], rtol=0, atol=0.01 * 60 / 4000)
 
 
-@pytest.mark.parametrize("name", ["mohr", "shupe", "rate_temperature_coupling"])
-def test_a_closed_slow_cycle_leaves_no_angle(name, seen) -> None:
-    """§2.4, §4: the angle is a function of state, so that it is zero between two equal isothermal states."""
-    effect = build("effects", name)
-    history = seen(effect, knots=CYCLE)
-    columns = effect.columns(history, effect.shape_value.detach())
-    for one in columns.T:
-        assert abs(integral(history.time, one)) < 1e-3 * integral(history.time, one.abs())
-
-
 def test_mohr_angle_is_the_change_of_temperature(seen) -> None:
     effect = build("effects", "mohr")
     history = seen(effect, knots=RAMP)
     assert integral(history.time / 60, column(effect, history)) == pytest.approx(30.0, rel=1e-3)
-
-
-def test_hysteresis_leaves_an_angle_round_a_cycle(seen) -> None:
-    effect = build("effects", "hysteresis")
-    history = seen(effect, knots=CYCLE)
-    loop = column(effect, history, 6.0, 20.0, 40.0) - torch.tanh((history.temperature - 20.0) / 40.0)
-    assert abs(integral(history.time, loop)) > 0.05 * integral(history.time, loop.abs())
 
 
 def test_sensor_lag_is_the_lag_times_the_rate_in_a_ramp(seen) -> None:
@@ -117,82 +70,40 @@ def test_sensor_lag_is_the_lag_times_the_rate_in_a_ramp(seen) -> None:
     torch.testing.assert_close(lagging, torch.full_like(lagging, -(900 - 300) / 60 * 0.2), rtol=1e-4, atol=0)
 
 
-# Rate-independent memory
+def test_a_thermal_gradient_is_what_the_outer_thermometer_is_ahead(seen) -> None:
+    """The outer one leads by 5 min: 0.5 K/min · 5 min in the ramp."""
+    effect = build("effects", "thermal_gradient")
+    history = seen(effect, knots=RAMP)
+    ahead = column(effect, history)
+    assert float(ahead[90]) == pytest.approx(2.5)
+    assert torch.equal(column(effect, seen(effect, knots=RAMP, coil=(1000.0, 0.9))), ahead), "measured, whatever the coil is fitted to be"
 
 
-def path(*turns: float, steps: int = 50) -> Tensor:
-    """Straight from turn to turn."""
-    parts = [torch.linspace(a, b, steps + 1, dtype=torch.float64)[1:] for a, b in pairwise(turns)]
-    return torch.cat([torch.tensor([turns[0]], dtype=torch.float64), *parts])
+def test_a_fixture_follows_a_ramp_with_its_lag(seen, warped) -> None:
+    """From rest, r·(1 − e^(−t/τ)), and the whole twist is the change of temperature."""
+    effect = build("effects", "fixture_rotation")
+    time = torch.arange(0, 36000, 30.0, dtype=torch.float64)
+    history = warped(seen(effect), time, 20 + 0.4 * (time / 60).clamp_max(100.0))
+    twist = column(effect, history, 900.0)
+    ramp = time <= 6000
+    torch.testing.assert_close(twist[ramp], -0.4 * torch.expm1(-time[ramp] / 900), rtol=0, atol=1e-12)
+    torch.testing.assert_close(twist[~ramp], twist[ramp][-1] * torch.exp(-(time[~ramp] - 6000) / 900), rtol=1e-9, atol=1e-12)
+    assert integral(time / 60, twist) == pytest.approx(40.0, rel=1e-3)
 
 
-def loop_of(temperature: Tensor, warped, seen, time: Tensor | None = None) -> Tensor:
-    effect = build("effects", "hysteresis")
-    time = torch.arange(len(temperature), dtype=torch.float64) * 60 if time is None else time
-    return column(effect, warped(seen(effect), time, temperature), 6.0, 20.0, 30.0)
-
-
-def test_hysteresis_does_not_know_the_rate(warped, seen) -> None:
-    """The same temperatures in the same order, taken a hundred times slower, faster and with rests in between: the same values."""
-    course = path(20, 50, 10, 35, 0, 20)
-    once = loop_of(course, warped, seen)
-    chance = torch.rand(len(course), generator=torch.Generator().manual_seed(1), dtype=torch.float64)
-    assert torch.equal(loop_of(course, warped, seen, time=(chance * 6000 + 1).cumsum(0)), once)
-    rests = 1 + (chance * 4).long()
-    assert torch.equal(loop_of(course.repeat_interleave(rests), warped, seen), once.repeat_interleave(rests))
-
-
-def test_hysteresis_passes_through_finer_steps_unchanged(warped, seen) -> None:
-    coarse, fine = path(20, 50, 10, 35, 0, 20, steps=50), path(20, 50, 10, 35, 0, 20, steps=200)
-    torch.testing.assert_close(loop_of(fine, warped, seen)[::4], loop_of(coarse, warped, seen), rtol=0, atol=1e-12)
-
-
-def test_a_minor_loop_closes(warped, seen) -> None:
-    """Return-point memory (Madelung's second rule): back at a turning point, the state is what it was there."""
-    value = loop_of(path(20, 50, 30, 45, 30, 10), warped, seen)
-    assert float(value[100] - value[200]) == pytest.approx(0, abs=1e-12)
-    assert float(value[75] - value[175]) != pytest.approx(0, abs=1e-3), "it is a loop: at 40 °C, going down, then up again"
-
-
-def test_a_larger_excursion_wipes_a_minor_loop_out(warped, seen) -> None:
-    """Madelung's third rule: past the point where it began, the path goes on as if the loop had not been."""
-    with_loop, without = loop_of(path(20, 50, 30, 45, 30, 10), warped, seen), loop_of(path(20, 50, 30, 10), warped, seen)
-    assert torch.equal(with_loop[200:], without[100:])
-    nested = loop_of(path(20, 50, 30, 45, 35, 42, 35, 45, 30, 10), warped, seen)
-    assert torch.equal(nested[400:], without[100:])
-
-
-def test_up_and_down_differ_at_every_temperature_and_stay_within_one(warped, seen) -> None:
-    value = loop_of(path(-60, 100, -60, 100), warped, seen)
-    down, up = value[50:101], value[100:151].flip(0)
-    assert bool((down[6:-6] > up[6:-6]).all()), "it lags: higher on the way down"
-    assert float(value.abs().max()) <= 1.0
-    wide = loop_of(path(0, 1, 0), warped, seen)
-    assert float((wide - wide[0]).abs().max()) < 1e-12, "an excursion smaller than the narrowest relay moves nothing"
-
-
-def test_the_play_is_the_loop_of_the_textbook() -> None:
-    moved = play(torch.tensor([0.0, 3.0, 5.0, 1.0, -4.0, 0.0], dtype=torch.float64), torch.tensor([2.0], dtype=torch.float64))
-    assert moved.tolist() == [0.0, 1.0, 3.0, 3.0, -2.0, -2.0]
-    soaked = play(torch.tensor([50.0, 51.0, 49.0], dtype=torch.float64), torch.tensor([2.0], dtype=torch.float64))
-    assert soaked.tolist() == [50.0, 50.0, 50.0], "it starts where the first temperature puts it"
+def test_a_fixture_without_a_lag_is_mohrs_effect_of_the_housing_until_the_gyro_is_flipped(seen) -> None:
+    effect, mohr = build("effects", "fixture_rotation"), build("effects", "mohr")
+    history = seen(effect, step_s=5.0)
+    history = replace(history, rate=torch.gradient(history.temperature, spacing=(history.time / 60,))[0])
+    up, down = (column(effect, replace(history, reference=torch.full_like(history.time, rate)), 1e-3) for rate in (9.66, -9.66))
+    bends = torch.nn.functional.pad(torch.diff(history.rate).abs() > 1e-9, (1, 1))
+    bends = bends[:-1] | bends[1:]
+    torch.testing.assert_close(up[~bends], column(mohr, history)[~bends], rtol=0, atol=1e-9)
+    assert int(bends.sum()) < 60
+    assert torch.equal(down, -up)
 
 
 # The others
-
-
-def test_polarization_is_periodic_in_temperature_not_in_time(seen, warped) -> None:
-    effect = build("effects", "polarization")
-    history = seen(effect)
-    shifted = History(**{**vars(history), "temperature": history.temperature + 12.0})
-    torch.testing.assert_close(*(effect.columns(one, torch.tensor([12.0], dtype=torch.float64)) for one in (history, shifted)), rtol=0, atol=1e-9)
-    up_and_down = path(0, 40, 0)
-    time = torch.arange(len(up_and_down), dtype=torch.float64)
-    fringes = effect.columns(warped(history, time, up_and_down), torch.tensor([12.0], dtype=torch.float64))
-    torch.testing.assert_close(fringes, fringes.flip(0), rtol=0, atol=1e-9)
-    fundamental, harmonic = fringes[:, :2].square().sum(1), fringes[:, 2:].square().sum(1)
-    torch.testing.assert_close(fundamental, torch.ones_like(fundamental))
-    torch.testing.assert_close(harmonic, torch.ones_like(harmonic))
 
 
 def test_a_step_happens_in_its_run_only(seen) -> None:
@@ -215,7 +126,40 @@ def test_a_field_of_zero_and_a_nominal_supply_do_nothing(seen) -> None:
         torch.testing.assert_close(other, torch.full_like(other, 0.5))
 
 
-@pytest.mark.parametrize("name", ["warm_up", "aging", "bias_step", "supply_voltage"])
+def test_a_chamber_swings_in_its_own_way_in_each_run(seen) -> None:
+    effect = build("effects", "chamber_cycling")
+    for run in (1, 2, 3, 4, 5, -1):
+        history = seen(effect, run=run)
+        columns = effect.columns(history, torch.tensor([300.0], dtype=torch.float64))
+        own = slice(2 * (run - 1), 2 * run) if 1 <= run <= 4 else slice(0, 0)
+        phase = 2 * torch.pi * history.time / 300
+        waves = torch.stack([phase.cos(), phase.sin()], -1) if 1 <= run <= 4 else columns[:, :0]
+        torch.testing.assert_close(columns[:, own], waves)
+        columns[:, own] = 0
+        assert not bool(columns.any()), "nobody knows the phase in another run"
+
+
+@pytest.mark.parametrize("span_h", [1.0, 12.0, 24.0])
+def test_no_line_of_a_chamber_lies_between_the_periods_tried(span_h) -> None:
+    """A line at most 1/(2·span) from a period tried first keeps sinc²(1/2) of its power, 41 %; 1/(16·span) from one tried then, sinc²(1/16), 99 %."""
+    effect, span = build("effects", "chamber_cycling"), span_h * 3600
+    frequency = 1 / effect.shapes_to_try(span, 3)[:, 0].sort(descending=True).values
+    step = float(torch.diff(frequency).max())
+    assert 0.8 / span < step <= (1 + 1e-9) / span
+    assert float(frequency[0] - 1 / 3600) <= (0.5 + 1e-9) / span
+    assert float(1 / 120 - frequency[-1]) <= (0.5 + 1e-9) / span
+    clock = torch.linspace(0, span, 20001, dtype=torch.float64)
+    for place in (0, len(frequency) // 2, -1):
+        near = 1 / effect.shapes_near(1 / frequency[place : place + 1 or None], span)[:, 0]
+        assert bool(((near >= 1 / 3600 - 1e-12) & (near <= 1 / 120 + 1e-12)).all())
+        inwards = 1 if place == 0 else -1
+        for tried, offset, power in ((frequency[[place]], 0.5, 0.405), (near, 0.5 - 1 / 16, 0.987)):
+            line = frequency[place] + inwards * offset / span
+            best = max(float(torch.exp(2j * torch.pi * (line - f) * clock).mean().abs() ** 2) for f in tried)
+            assert best == pytest.approx(power, abs=0.002)
+
+
+@pytest.mark.parametrize("name", ["warm_up", "aging", "bias_step", "supply_voltage", "chamber_cycling", "dead_band"])
 def test_some_do_not_know_the_temperature(name, seen) -> None:
     effect = build("effects", name)
     here, elsewhere = seen(effect), seen(effect, knots=((0, 70), (12, -10)))
@@ -272,7 +216,7 @@ def test_the_scale_factor_is_a_polynomial_about_20_degrees_times_the_input(seen)
     assert float(columns[0, 1]) * 400 == pytest.approx(0.361, abs=5e-4), "a source without a cooler, 60 K off, at Earth's rate [°/h]"
 
 
-@pytest.mark.parametrize("name", ["scale_factor", "scale_factor_nonlinearity"])
+@pytest.mark.parametrize("name", ["scale_factor", "scale_factor_nonlinearity", "misalignment"])
 def test_beside_a_constant_input_it_is_a_static_bias_at_the_same_place(name, seen) -> None:
     effect, bias = build("effects", name), build("effects", "static_bias")
     history = seen(effect)
@@ -284,11 +228,38 @@ def test_beside_a_constant_input_it_is_a_static_bias_at_the_same_place(name, see
 
 
 def test_odd_columns_flip_with_the_input_and_the_even_one_does_not(seen) -> None:
-    for name, signs in (("scale_factor", (-1, -1, -1)), ("scale_factor_nonlinearity", (1, -1, -1))):
+    for name, signs in (("scale_factor", (-1, -1, -1)), ("scale_factor_nonlinearity", (1, -1, -1)), ("misalignment", (-1, -1, -1))):
         effect = build("effects", name)
         rate = torch.linspace(-180, 180, 37, dtype=torch.float64)
         _, columns = turned(effect, seen, rate, 45.0)
         assert torch.equal(columns.flip(0), columns * torch.tensor(signs, dtype=torch.float64))
+
+
+def test_misalignment_knows_the_sense_of_turning_and_not_how_fast(seen) -> None:
+    effect = build("effects", "misalignment")
+    rates = torch.tensor([-9.66, 9.66, 1e-3, -1e6, 0.0], dtype=torch.float64)
+    _, columns = turned(effect, seen, rates, 50.0)
+    theta = torch.tensor([1.0, 30.0, 900.0], dtype=torch.float64)
+    torch.testing.assert_close(columns, torch.tensor([[-1.0], [1.0], [1.0], [-1.0], [0.0]], dtype=torch.float64) * theta)
+
+
+def test_a_dead_band_pulls_small_rates_to_zero_and_leaves_large_ones(seen) -> None:
+    effect = build("effects", "dead_band")
+    rates = torch.linspace(-2, 2, 4001, dtype=torch.float64)
+    here, _ = turned(effect, seen, rates)
+    pulled = column(effect, here, 0.1)
+    torch.testing.assert_close(pulled.flip(0), -pulled, rtol=0, atol=1e-12)
+    assert float(pulled.min()) == pytest.approx(-1.0, abs=1e-12)
+    assert float(rates[pulled.argmin()]) == pytest.approx(0.1, abs=1e-9)
+    assert float((pulled[2001] - pulled[1999]) / (rates[2001] - rates[1999])) == pytest.approx(-10 * 1.6487213, rel=1e-3)
+    assert float(pulled[rates.abs() > 0.8].abs().max()) < 1e-12
+
+
+def test_a_dead_band_is_the_same_in_any_unit(seen) -> None:
+    effect = build("effects", "dead_band")
+    rates = torch.linspace(-2, 2, 401, dtype=torch.float64)
+    in_dph, in_rad = (column(effect, turned(effect, seen, scale * rates)[0], scale * 0.1) for scale in (1.0, 4.8481368e-6 / 3.6))
+    torch.testing.assert_close(in_rad, in_dph, rtol=1e-9, atol=1e-12)
 
 
 SAGNAC_S, RATE, HALF_SPAN_K = 0.13, 3.0, 20.0

@@ -45,7 +45,7 @@ def test_a_weight_of_one_or_none_picks_the_thermometer(time, two, weight) -> Non
     temperature, rate, gradient = coil(time, two, values(400.0, weight))
     expected = lagged(time, two[:, weight], values(400.0)[0])
     torch.testing.assert_close(temperature, expected, rtol=0, atol=1e-12)
-    torch.testing.assert_close(gradient, two[:, weight] - expected, rtol=0, atol=1e-12)
+    assert torch.equal(gradient, two[:, 1] - two[:, 0]), "measured"
     torch.testing.assert_close(rate, (two[:, weight] - expected) / 400 * 60, rtol=0, atol=1e-12)
 
 
@@ -61,11 +61,22 @@ def test_a_third_thermometer_has_its_own_weight(time, two) -> None:
     torch.testing.assert_close(coil(time, three, values(400.0, 0.5, 0.2))[0], lagged(time, drive, values(400.0)[0]), rtol=0, atol=1e-10)
 
 
+def test_the_difference_beside_a_ramp_is_measured_where_it_can_be(time) -> None:
+    """With one thermometer it is lag·rate in a steady ramp, Mohr's column; with several the last one less the main one, whatever is fitted."""
+    line = (20 + HALF_DEGREE_PER_MINUTE * time).unsqueeze(-1)
+    alone = coil(time, line, values(300.0, -300.0))
+    torch.testing.assert_close(alone[2][-100:], 300 / 60 * alone[1][-100:], rtol=1e-9, atol=0)
+    several = torch.cat([line, line + 1, line + torch.sin(time / 700).unsqueeze(-1)], -1)
+    for theta in (values(300.0, 0.5, 0.2), values(900.0, 0.1, 0.9)):
+        torch.testing.assert_close(coil(time, several, theta)[2], torch.sin(time / 700), rtol=0, atol=1e-12)
+    assert coil(time, several, torch.stack([values(300.0, 0.5, 0.2)] * 4))[2].shape == (4, len(time)), "a batch, as the temperature is"
+
+
 def test_without_a_lag_the_coil_is_the_thermometer(time, two, ramp) -> None:
     for thermometers, theta in ((two, values(1e-3, 0.0)), (two[:, :1], values(1e-3, -2e-3))):
         temperature, rate, gradient = coil(time, thermometers, theta)
         torch.testing.assert_close(temperature, two[:, 0], rtol=0, atol=1e-4)
-        assert float(gradient.abs().max()) < 1e-4
+        torch.testing.assert_close(gradient, thermometers[:, -1] - two[:, 0], rtol=0, atol=1e-4)
         slope = torch.gradient(two[:, 0], spacing=(time / 60,))[0]
         assert float((rate - slope)[2:].abs().median()) < 1e-4
 

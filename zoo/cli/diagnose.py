@@ -8,10 +8,12 @@ from omegaconf import DictConfig
 from rich.console import Console
 
 from zoo.artifacts import write_json
-from zoo.cli.effects import catalogue, model_effects, next_commands
+from zoo.cli.given_model import subject
+from zoo.cli.grown_model import examine
 from zoo.cli.inputs import read_data
-from zoo.diagnosis.diagnose import diagnose
+from zoo.cli.next_commands import next_commands, refine_words, stub_commands
 from zoo.models.prediction import usable_device
+from zoo.report.unknown_stub import stub_line, write_stub
 from zoo.training.threads import threads_for
 
 
@@ -23,26 +25,30 @@ def run(config: DictConfig, out: Path) -> Path:
         out: folder of the results.
 
     Returns:
-        The diagnosis as JSON; report.html and TensorBoard events lie beside it.
+        The diagnosis as JSON; report.html and TensorBoard events lie beside it, and where nothing explains the runs, a class to start from.
     """
     console = Console(stderr=True)
     with console.status("reading") as status, threads_for(0):
         runs, check_runs = read_data(config)
         device = usable_device(config.torch_device)
-        found = diagnose([run.to(device) for run in runs], model_effects(config), catalogue(config), status.update)
+        runs = [run.to(device) for run in runs]
+        found, asked = examine(subject(config, runs), runs, status.update)
         status.update("drawing the report")
         from zoo.report.collect import traces  # matplotlib takes a second to import: only once there is something to draw
         from zoo.report.page import write_report
         from zoo.report.tensorboard import write_events
         from zoo.report.terminal import print_diagnosis
 
-        base, final = found.search.base.model.cpu(), found.search.final.model.cpu()
+        base, final = asked.as_given or found.search.base.model.cpu(), found.search.final.model.cpu()
         refined = final if found.search.missing else None
         drawn = [*traces([run.to("cpu") for run in found.bench.runs], "fit", base, refined), *traces(check_runs, "check", base, refined)]
-        commands = next_commands(found.search.missing)
-        write_report(out / "report.html", found.record, drawn, commands=commands)
+        stub = write_stub(found.record, out)
+        commands = [*next_commands(found.search.missing), *stub_commands(found.record, out)]
+        write_report(out / "report.html", found.record, drawn, commands=commands, refine=refine_words())
         write_events(out / "tensorboard", found.record, drawn)
         path = write_json(out / "diagnosis.json", found.record)
     print_diagnosis(found.record, commands)
+    if stub:
+        print(stub_line(stub))
     print(f"report: {out / 'report.html'}")
     return path

@@ -56,11 +56,32 @@ def find_models(given: list[str]) -> list[SavedModel]:
     return [replace(model, name=name) for model, name in zip(models, distinct_names(models), strict=True)]
 
 
-def _folders(pattern: str) -> list[Path]:
+def find_model(key: str, given: str) -> SavedModel:
+    """Load the one model of an output folder.
+
+    Args:
+        key: of the setting, for the message.
+        given: the folder, or a file in it.
+
+    Raises:
+        InputError: it leads to no model, or to several.
+    """
+    folders = _folders(given, key)
+    if len(folders) > 1:
+        raise InputError(f"{key}={given}: {len(folders)} models in and below it; one is needed, such as {folders[0]}")
+    return _load(folders[0])
+
+
+def folder_settings(arguments: list[str]) -> list[str]:
+    """Command-line arguments with `model=FOLDER` as `model.folder=FOLDER`: by itself, Hydra takes `model` for a choice from conf/model/."""
+    return [f"model.folder={one.removeprefix('model=')}" if one.startswith("model=") else one for one in arguments]
+
+
+def _folders(pattern: str, key: str = "runs") -> list[Path]:
     matches = sorted((Path(path) for path in glob.glob(pattern, recursive=True)), key=_natural)  # noqa: PTH207 (Path.glob takes no absolute pattern)
     found = [folder for path in matches or [Path(pattern)] for folder in _below(path.parent if path.is_file() else path)]
     if not found:
-        raise InputError(f"runs: {pattern}: no {MODEL_FILE} in or below it; give the output folder of a train or refine command")
+        raise InputError(f"{key}: {pattern}: no {MODEL_FILE} in or below it; give the output folder of a train or refine command")
     return found
 
 

@@ -77,6 +77,8 @@ def _model_config(config: DictConfig, runs: Sequence[Run]) -> dict[str, Any]:
     plain: dict[str, Any] = OmegaConf.to_container(config.model, resolve=True)  # type: ignore[assignment]
     if "inputs" in plain and plain["inputs"] is None:
         plain["inputs"] = list(runs[0].columns)
+    if isinstance(plain.get("network"), str):  # its name alone
+        plain["network"] = OmegaConf.to_container(load("model", plain["network"], searchpath()), resolve=True)
     if "effects" in plain:
         chosen(config)  # a wrong one is refused by name here; the model makes its own
     return plain

@@ -5,10 +5,10 @@ from __future__ import annotations
 import torch
 from torch import Tensor
 
+from zoo.diagnosis.shape_search import Beside
 from zoo.diagnosis.workbench import Solved, Workbench
-from zoo.effects.base import History
 from zoo.effects.bounds import to_physical, to_unit
-from zoo.fitting.projection import complement, orthonormal, project
+from zoo.fitting.projection import complement, orthonormal
 from zoo.fitting.variable_projection import fit
 
 REFINEMENTS = 10
@@ -20,41 +20,42 @@ MODEL_ERROR = 0.005
 """Share of a signal's χ² below which differences are within the accuracy of any effect's formula."""
 
 
-def indistinguishable(bench: Workbench, base: Solved, more: Solved, candidates: list[str]) -> list[str]:
-    """Other effects that reproduce what an added effect explains.
+def indistinguishable(bench: Workbench, more: Solved, name: str, candidates: list[str]) -> list[str]:
+    """Other effects that reproduce what one effect of a model explains.
 
-    The added effect's fitted signal is stripped of what the base model can absorb to first order; another effect is indistinguishable if, over its
+    The effect's fitted signal is stripped of what the rest of the model can absorb to first order; another effect is indistinguishable if, over its
     grid of shapes, its columns reproduce the rest so well that the remainder could not be seen in this noise.
 
     Args:
         bench: the runs.
-        base: the model before.
-        more: the model with one effect added last.
+        more: a model with the effect.
+        name: the effect.
         candidates: effects to compare with.
     """
-    name = more.names[-1]
-    width, own = len(bench.effects[name].amplitudes), len(bench.effects[name].shape)
-    kept = more.fit.tangent[:, : more.fit.tangent.shape[1] - own]
-    basis = orthonormal(torch.cat([more.fit.columns[:, :-width], kept], dim=1))  # the base at the coil as refitted with the effect
-    signal = complement((more.fit.columns[:, -width:] @ more.fit.amplitudes[-width:]).unsqueeze(-1), basis).squeeze(-1)
+    own = more.places()[name]
+    rest = [i for i in range(more.fit.columns.shape[1]) if i not in own]
+    owners = [owner for owner, _ in more.model.parameters_of_theta()]
+    kept = more.fit.tangent[:, [i for i, owner in enumerate(owners) if owner != name]]
+    basis = orthonormal(torch.cat([more.fit.columns[:, rest], kept], dim=1))  # the rest at the coil as refitted with the effect
+    signal = complement((more.fit.columns[:, own] @ more.fit.amplitudes[own]).unsqueeze(-1), basis).squeeze(-1)
     energy = float(signal.square().sum())
     if energy < INDISTINGUISHABLE:
         return []
-    places = more.design.histories(more.fit.theta)
+    beside = Beside(more.design, more.design.histories(more.fit.theta), basis, signal, bench.whitener, bench.span_s)
     allowed = max(INDISTINGUISHABLE, MODEL_ERROR * energy)
     others = [other for other in candidates if other not in more.names]
-    return [other for other in others if _left(bench, more, basis, places, other, signal) < allowed]
+    return [other for other in others if _left(bench, beside, other) < allowed]
 
 
-def _left(bench: Workbench, more: Solved, basis: Tensor, places: list[dict[str, History]], other: str, signal: Tensor) -> float:
-    """χ² of a signal that another effect cannot reproduce, from the best of its grid and refined from there."""
+def _left(bench: Workbench, beside: Beside, other: str) -> float:
+    """χ² of a signal that another effect cannot reproduce, from the best of its shapes and refined from there."""
     effect = bench.effects[other]
 
     def columns(theta: Tensor) -> Tensor:
-        return complement(more.design.effect_columns(effect, places, to_physical(theta, effect.shape)), basis)
+        found = beside.design.effect_columns(effect, beside.places, to_physical(theta, effect.shape), beside.whitener)
+        return complement(found, beside.basis)
 
-    grid = to_unit(bench.shapes(other), effect.shape).to(signal)
-    least, best = project(columns(grid), signal).cost.min(dim=0)
-    if float(least) > PROMISING * float(signal.square().sum()):
-        return float(least)
-    return fit(columns, signal, grid[best], iterations=REFINEMENTS).cost
+    least, shape = beside.searched(effect, bench.shapes(other))
+    if least > PROMISING * float(beside.residual.square().sum()):
+        return least
+    return min(least, fit(columns, beside.residual, to_unit(shape, effect.shape).to(beside.residual), iterations=REFINEMENTS).cost)

@@ -8,22 +8,32 @@ from typing import Any
 
 from zoo.diagnosis.alike import indistinguishable
 from zoo.diagnosis.cross_validation import rms_by_run
+from zoo.diagnosis.description import describe
+from zoo.diagnosis.experiment.proposal import Proposal
+from zoo.diagnosis.experiment.propose import propose
+from zoo.diagnosis.experiment.rivals import rivals_of
 from zoo.diagnosis.noise_likelihood import NoiseMixtures
 from zoo.diagnosis.parameters import fitted_parameters
+from zoo.diagnosis.posterior import hypotheses, posterior, unknown
 from zoo.diagnosis.preparation import check_swing, without_spikes
 from zoo.diagnosis.regions import regions, runs_rms
-from zoo.diagnosis.search import Search, Step, posterior, settle, what_helps
-from zoo.diagnosis.structure import Dependence, Structure, dependences, examine
-from zoo.diagnosis.workbench import Workbench
+from zoo.diagnosis.search import Search, Step, Trial, settle, what_helps
+from zoo.diagnosis.structure import Structure, examine
+from zoo.diagnosis.workbench import Solved, Workbench
 from zoo.effects.base import Effect
 from zoo.errors import InputError, nearest
 from zoo.fitting.noise import noise_of
 from zoo.measurements.run import Run
+from zoo.scoring.noise import effective_samples
 
 SCHEMA_VERSION = 1
-DESCRIBED = 3
-"""How many free functions describe what nothing in the catalogue explains."""
 UNLIKELY = 1e-3
+LISTED = 9
+"""How many hypotheses are listed beside the unknown."""
+PROMISING = 0.3
+"""Share of an effect's gain by projection that another must have for a closer look at whether it can be told from it."""
+CLOSE = 3.0
+"""Log Bayes factor below which two effects explain the runs about as well (20 : 1, strong evidence in Kass & Raftery 1995)."""
 COMPARED = 3
 """How many of the best candidates are compared with all others for what these runs cannot tell apart."""
 
@@ -104,6 +114,7 @@ def diagnose(runs: list[Run], effects: list[str], catalogue: dict[str, Effect], 
         "average_s": runs[0].average_s,
         "runs": [run.name for run in runs],
         "samples": bench.blocks,
+        "effective_samples": round(effective_samples(found.final.likely.noise, bench.mixtures.runs), 1),
         "noise_floor": floor,
         "noise": asdict(found.final.likely.noise),
         "rms": base.rms,
@@ -112,15 +123,39 @@ def diagnose(runs: list[Run], effects: list[str], catalogue: dict[str, Effect], 
         "rms_final": found.final.rms,
         "verdict": verdict,
         "missing": found.missing,
-        "candidates": _candidates(bench, found, candidates, _trust(found, structure, floor)),
+        "posterior": _posterior(bench, found, structure),
+        "candidates": _candidates(bench, found, candidates, 1.0 - unknown(structure)),
         "where": regions(bench.runs, base.residual, floor),
         "next_experiment": None,
-        "unexplained": [_dependence(item) for item in (_unexplained(bench, found, structure) if verdict == "unknown" else [])],
+        "unexplained": [],
         "parameters": fitted_parameters(found.final, runs[0].unit),
         "not_tried": {name: bench.lacking(name) for name in catalogue if name not in effects and bench.lacking(name)},
         "notes": [note for run in bench.runs for note in run.notes],
     }
-    return Diagnosis(record, bench, found, structure)
+    if verdict == "unknown":
+        progress("describing what nothing explains")
+        record |= describe(bench, base).record()
+    proposal = _experiment(bench, found, record, progress)
+    return Diagnosis(record | {"next_experiment": proposal.record() if proposal else None}, bench, found, structure)
+
+
+def _experiment(bench: Workbench, found: Search, record: dict[str, Any], progress: Callable[[str], None]) -> Proposal | None:
+    """The run that would tell apart what these do not; None where nothing is open."""
+    twins = {entry["effect"]: entry["indistinguishable_from"] for entry in record["candidates"] if entry["effect"] in found.missing}
+    rivals = rivals_of(bench, found, twins)
+    if len(rivals) < 2:
+        return None
+    progress("looking for the next experiment")
+    return propose(bench, rivals)
+
+
+def _posterior(bench: Workbench, found: Search, structure: Structure) -> list[dict[str, Any]]:
+    """Hypotheses with their probabilities, likeliest first."""
+    listed = [
+        {"hypothesis": "missing" if one.effects else "complete", "effects": list(one.effects), "probability": one.probability}
+        for one in hypotheses(bench, found, structure)[:LISTED]
+    ]
+    return sorted([*listed, {"hypothesis": "unknown", "effects": [], "probability": unknown(structure)}], key=lambda one: -one["probability"])
 
 
 def _candidates(bench: Workbench, found: Search, names: list[str], trust: float) -> list[dict[str, Any]]:
@@ -149,13 +184,23 @@ def _candidate(bench: Workbench, found: Search, name: str, trust: float, compare
         "rms_cross_validated": rms_by_run(bench, solved),
         "delta_bic": -2.0 * bench.evidence(step.before, solved),
         "beside": list(step.before.names),
-        "indistinguishable_from": indistinguishable(bench, step.before, solved, compare_with) if compare_with else [],
+        "indistinguishable_from": _alike(bench, step, trial, solved, compare_with),
         "parameters": fitted_parameters(found.final if name in found.missing else solved, bench.runs[0].unit)[name],
         "place": effect.place,
         "formula": effect.formula,
         "explanation": effect.signature,
         "refitted": trial.refitted,
     }
+
+
+def _alike(bench: Workbench, step: Step, own: Trial, solved: Solved, compare_with: list[str]) -> list[str]:
+    """Those that the columns cannot tell from it in this noise, and those that explain these runs about as well."""
+    if not compare_with:
+        return []
+    as_likely = [one.screened.name for one in step.trials if one is not own and one.refitted and one.evidence > own.evidence - CLOSE]
+    gains = {one.screened.name: one.screened.gain for one in step.trials}
+    promising = [name for name in compare_with if gains.get(name, 0.0) > PROMISING * own.screened.gain or name not in gains]
+    return list(dict.fromkeys([*as_likely, *indistinguishable(bench, solved, own.screened.name, promising)]))
 
 
 def _round_for(found: Search, name: str) -> Step:
@@ -166,20 +211,3 @@ def _round_for(found: Search, name: str) -> Step:
         return own[-1]
     lasting = [step for step in tried if step.chosen in found.missing] or tried[:1]
     return max(lasting, key=lambda step: posterior(step.trials)[name])
-
-
-def _trust(found: Search, structure: Structure, floor: float) -> float:
-    """1 where what is left is noise; else how much of the variance above the floor was explained, at most one half."""
-    if structure.is_noise:
-        return 1.0
-    before, after = found.base.rms**2 - floor**2, found.final.rms**2 - floor**2
-    return min(0.5, max(0.0, 1.0 - after / max(before, 1e-300)))
-
-
-def _unexplained(bench: Workbench, found: Search, structure: Structure) -> list[Dependence]:
-    """What the residual of the model as it stands goes with; where that is nothing smooth, the line that is left when all that helps was added."""
-    return dependences(bench, found.base)[:DESCRIBED] or [item for item in structure.dependences if item.is_line]
-
-
-def _dependence(item: Any) -> dict[str, Any]:
-    return {"depends_on": item.depends_on, "explains": item.explains}

@@ -2,15 +2,69 @@
 
 from __future__ import annotations
 
+import math
+from dataclasses import dataclass
+
 import torch
 from torch import Tensor
 
+from zoo.diagnosis.quantities import FLAT, RATE, TEMPERATURE, Quantity, quantities
 from zoo.diagnosis.workbench import Solved, Workbench
+from zoo.fitting.projection import project
 
 ORDER = 6
 JOINT_ORDER = 3
-TEMPERATURE, RATE = "the coil's temperature", "the coil's temperature rate"
-FLAT = 1e-9
+TOGETHER = "the coil's temperature and its rate together"
+
+
+@dataclass(frozen=True, eq=False)
+class Axis:
+    """A quantity over the runs.
+
+    Attributes:
+        of: the quantity.
+        fine: (T_r,) its samples, one tensor a run.
+        means: (N,) its block means.
+        low: its smallest sample.
+        high: its largest sample.
+    """
+
+    of: Quantity
+    fine: list[Tensor]
+    means: Tensor
+    low: float
+    high: float
+
+    def chebyshev(self, values: Tensor, order: int) -> Tensor:
+        """(M, order) Chebyshev polynomials of order 1 and up of values (M,) scaled to −1…1 over its range."""
+        angle = torch.arccos((2 * (values - self.low) / (self.high - self.low) - 1).clamp(-1, 1))
+        return torch.stack([torch.cos(k * angle) for k in range(1, order + 1)], dim=-1)
+
+
+@dataclass(frozen=True, eq=False)
+class FreeFunction:
+    """A free smooth function of one quantity, or of the coil's temperature and its rate.
+
+    Attributes:
+        words: what it depends on.
+        axis: the quantity; of the two, the rate.
+        beside: the temperature, for the function of two.
+        columns: (N, K) block means: means of the function, not the function of means, which differ by the square of what changes within a block.
+    """
+
+    words: str
+    axis: Axis
+    beside: Axis | None
+    columns: Tensor
+
+    @property
+    def of(self) -> Quantity:
+        """The quantity."""
+        return self.axis.of
+
+    def at(self, values: Tensor, temperatures: Tensor | None = None) -> Tensor:
+        """(M, K) the columns at single values (M,), for the function of two at temperatures (M,) [°C]."""
+        return _columns(self.axis, self.beside, values, temperatures)
 
 
 def free_functions(bench: Workbench, solved: Solved) -> dict[str, Tensor]:
@@ -25,34 +79,52 @@ def free_functions(bench: Workbench, solved: Solved) -> dict[str, Tensor]:
     Returns:
         (N, 6) or (N, 9) block means each.
     """
-    quantities = {words: values for words, values in _quantities(bench, solved).items() if float(values.max() - values.min()) > FLAT}
-    functions = {words: _chebyshev(values, ORDER) for words, values in quantities.items()}
-    if TEMPERATURE in quantities and RATE in quantities:
-        pairs = _chebyshev(quantities[TEMPERATURE], JOINT_ORDER).unsqueeze(2) * _chebyshev(quantities[RATE], JOINT_ORDER).unsqueeze(1)
-        functions["the coil's temperature and its rate together"] = pairs.flatten(1)
-    return functions
+    return {free.words: free.columns for free in functions_of(bench, solved)}
 
 
-def _quantities(bench: Workbench, solved: Solved) -> dict[str, Tensor]:
-    """(N,) block means of each quantity."""
-    parts: dict[str, list[Tensor]] = {}
-    for run, place in zip(bench.runs, solved.design.histories(solved.fit.theta), strict=True):
-        here = place["coil"]
-        found = {
-            TEMPERATURE: here.temperature,
-            RATE: here.rate,
-            "the size of the temperature rate, not its sign": here.rate.abs(),
-            "the time since the run's start": here.time,
-            "the highest temperature so far": torch.cummax(here.temperature, dim=-1).values,
-            "the true input": here.reference,
-        }
-        for words, values in {**found, **{f"the column {name}": column for name, column in here.inputs.items()}}.items():
-            parts.setdefault(words, []).append(run.block_mean(values))
-    return {words: torch.cat(values) for words, values in parts.items()}
+def functions_of(bench: Workbench, solved: Solved) -> list[FreeFunction]:
+    """A free function of each quantity that varies, the simplest first, see `free_functions`."""
+    places = solved.design.histories(solved.fit.theta)
+    axes = {}
+    for quantity in quantities(bench):
+        fine = [quantity.of(quantity, place[quantity.place]) for place in places]
+        low, high = min(float(values.min()) for values in fine), max(float(values.max()) for values in fine)
+        if high - low > FLAT:
+            means = torch.cat([run.block_mean(values) for run, values in zip(bench.runs, fine, strict=True)])
+            axes[quantity] = Axis(quantity, fine, means, low, high)
+    pairs: list[tuple[str, Axis, Axis | None]] = [(quantity.words, axis, None) for quantity, axis in axes.items()]
+    if TEMPERATURE in axes and RATE in axes:
+        pairs.insert(1 + list(axes).index(RATE), (TOGETHER, axes[RATE], axes[TEMPERATURE]))
+    return [FreeFunction(words, axis, beside, _means(bench, axis, beside)) for words, axis, beside in pairs]
 
 
-def _chebyshev(values: Tensor, order: int) -> Tensor:
-    """(N, order) Chebyshev polynomials of order 1 and up of values scaled to −1…1."""
-    low, high = values.min(), values.max()
-    angle = torch.arccos((2 * (values - low) / (high - low) - 1).clamp(-1, 1))
-    return torch.stack([torch.cos(k * angle) for k in range(1, order + 1)], dim=-1)
+def _means(bench: Workbench, axis: Axis, beside: Axis | None) -> Tensor:
+    """(N, K) block means of the columns."""
+    parts = []
+    for i, run in enumerate(bench.runs):
+        parts.append(run.block_mean_columns(_columns(axis, beside, axis.fine[i], None if beside is None else beside.fine[i])))
+    return torch.cat(parts)
+
+
+def _columns(axis: Axis, beside: Axis | None, values: Tensor, temperatures: Tensor | None) -> Tensor:
+    """(M, 6), or for two quantities (M, 9)."""
+    if beside is None or temperatures is None:
+        return axis.chebyshev(values, ORDER)
+    return (beside.chebyshev(temperatures, JOINT_ORDER).unsqueeze(2) * axis.chebyshev(values, JOINT_ORDER).unsqueeze(1)).flatten(1)
+
+
+def weigh(bench: Workbench, solved: Solved, free: Tensor, beside: Tensor | None = None) -> tuple[float, float]:
+    """Share of a model's residual that columns would explain, and the log Bayes factor of having them.
+
+    Args:
+        bench: the runs.
+        solved: the model; its noise may change with the columns.
+        free: (N, K) block means.
+        beside: (N, L) further columns that are there already.
+    """
+    known = solved.fit.plain if beside is None else torch.cat([solved.fit.plain, beside], dim=1)
+    before = solved.likely if beside is None else bench.mixtures.most_likely(known, solved.design.error, solved.likely.place)
+    columns = torch.cat([known, free], dim=1)
+    after = bench.mixtures.most_likely(columns, solved.design.error, before.place)
+    left = float(project(columns, solved.design.error).cost) / float(project(known, solved.design.error).cost)
+    return 1.0 - left, after.logarithm - before.logarithm - 0.5 * free.shape[1] * math.log(bench.effective_samples)

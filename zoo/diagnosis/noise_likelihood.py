@@ -66,9 +66,9 @@ class NoiseMixtures:
             self._made[place] = (noise, Whitener(noise, self.runs))
         return self._made[place]
 
-    def exhausted(self, noise: NoiseModel) -> bool:
-        """Whether a mixture has as much random walk as any gyro: then the residual is hardly noise."""
-        return noise.walk >= 0.99 * WALK_SHARES[-1] * noise.white
+    def used_up(self, noise: NoiseModel) -> float:
+        """Random walk of a mixture over the most that gyros have; above 1 the residual is hardly noise."""
+        return noise.walk / (0.99 * WALK_SHARES[-1] * noise.white)
 
     def most_likely(self, columns: Tensor, target: Tensor, start: Place = START) -> Likely:
         """Climb to the likeliest mixture, the amplitudes fitted under each.

@@ -1,43 +1,11 @@
-"""Fitted values with their standard errors and units, ready for JSON."""
+"""Fitted values of a solved grey box."""
 
 from __future__ import annotations
 
-import math
-from typing import Any
-
-from torch import Tensor
-
 from zoo.diagnosis.workbench import Solved
-from zoo.effects.base import Parameter
-from zoo.effects.bounds import slope, to_physical
-
-Fitted = dict[str, dict[str, Any]]
+from zoo.fitting.parameters import Fitted, parameters_of
 
 
 def fitted_parameters(solved: Solved, unit: str) -> dict[str, Fitted]:
-    """Value, standard error and unit of every parameter, by owner (``"coil"`` or an effect) and name.
-
-    Args:
-        solved: a fitted grey box.
-        unit: suffix of the output's unit, which replaces ``unit`` in the declarations.
-    """
-    model, fit = solved.model, solved.fit
-    spread = fit.covariance().diagonal().clamp_min(0.0).sqrt()
-    declared = model.parameters_of_theta()
-    parameters = [p for _, p in declared]
-    values, factors = to_physical(fit.theta, parameters), slope(fit.theta, parameters)
-    owners: dict[str, Fitted] = {"coil": {}, **{name: {} for name, _ in model.named_effects()}}
-    for i, (owner, parameter) in enumerate(declared):
-        owners[owner][parameter.name] = _entry(parameter, values[i], spread[i] * factors[i].abs(), unit)
-    at = len(declared)
-    for name, effect in model.named_effects():
-        for parameter in effect.amplitudes:
-            owners[name][parameter.name] = _entry(parameter, fit.amplitudes[at - len(declared)], spread[at], unit)
-            at += 1
-    return owners
-
-
-def _entry(parameter: Parameter, value: Tensor, error: Tensor, unit: str) -> dict[str, Any]:
-    known = math.isfinite(float(error)) and parameter.scale != "index"  # a residual that does not depend on it, or a whole number, gives no error bar
-    stderr = float(error) if known else None
-    return {"value": float(value), "stderr": stderr, "unit": parameter.unit.replace("unit", unit)}
+    """See `zoo.fitting.parameters.parameters_of`."""
+    return parameters_of(solved.model, solved.fit, unit)

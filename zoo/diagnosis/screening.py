@@ -6,9 +6,8 @@ from dataclasses import dataclass
 
 from torch import Tensor
 
+from zoo.diagnosis.shape_search import Beside
 from zoo.diagnosis.workbench import Solved, Workbench
-from zoo.effects.base import Effect, History
-from zoo.fitting.projection import complement, project
 
 
 @dataclass(frozen=True, eq=False)
@@ -29,7 +28,7 @@ class Screened:
 
 
 def screen(bench: Workbench, base: Solved, names: list[str]) -> list[Screened]:
-    """Project the residual on each candidate's columns over its grid of shapes.
+    """Project the residual on each candidate's columns over its grid of shapes, under the noise that suits the model best.
 
     Args:
         bench: the runs and effects.
@@ -39,22 +38,12 @@ def screen(bench: Workbench, base: Solved, names: list[str]) -> list[Screened]:
     Returns:
         Candidates, largest gain first.
     """
-    places = base.design.histories(base.fit.theta)
-    residual = complement(base.fit.residual.unsqueeze(-1), base.basis).squeeze(-1)
-    total = float(residual.square().sum())
+    noise, whitener = base.likely.noise, base.mixtures.whitener(base.likely.place)[1]
+    beside = Beside.under(base.design, base.fit.theta, base.fit.plain, whitener, bench.span_s)
+    total, level = float(beside.residual.square().sum()), (noise.white / base.mixtures.white) ** 2
     found = []
     for name in names:
-        effect, shapes = bench.effects[name], bench.shapes(name)
-        cost, shape = _best(base, effect, places, shapes, residual)
-        near = effect.shapes_near(shape, bench.span_s)
-        if len(near) > 1:
-            cost, shape = _best(base, effect, places, near, residual)
-        found.append(Screened(name, shape, total - cost, len(effect.amplitudes) + len(effect.shape)))
+        effect = bench.effects[name]
+        cost, shape = beside.searched(effect, bench.shapes(name))
+        found.append(Screened(name, shape, (total - cost) / level, len(effect.amplitudes) + len(effect.shape)))
     return sorted(found, key=lambda candidate: -candidate.gain)
-
-
-def _best(base: Solved, effect: Effect, places: list[dict[str, History]], shapes: Tensor, residual: Tensor) -> tuple[float, Tensor]:
-    """χ² that the best of some shapes leaves, and that shape."""
-    columns = complement(base.design.effect_columns(effect, places, shapes), base.basis)
-    cost, best = project(columns, residual).cost.min(dim=0)
-    return float(cost), shapes[best]

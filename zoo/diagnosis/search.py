@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import torch
 
@@ -27,9 +27,20 @@ HELPS = 0.3
 """Share of the variance that an addition must take away to be named where the rest stays unexplained (16 % in RMS)."""
 QUIET = 0.7
 """Ratio of a residual's RMS to the white noise below which there is nothing left to explain."""
+SURE = 3
+"""Parameters that a candidate is charged for before anybody knows which of its amplitudes the runs call for."""
+GLANCED = 6
+"""How many of the best candidates by projection have their evidence computed."""
+FAR_BEHIND = 0.2
+"""Share of the best evidence at a glance below which a candidate is not refitted, where the best is overwhelming."""
 REFITS, LOOKED_FAR = 3, 2
 """How many of the best candidates are refitted, and for how many of these the coil is looked for elsewhere as well."""
 MOST_ADDED = 3
+PASSES = 3
+WITHIN = 15.0
+"""How much less evidence than an effect that was added another may have at a glance to be refitted in its place."""
+PREFERRED = 1.0
+"""Log Bayes factor by which another effect must be likelier to take the place of one that was added."""
 QUIETER = 0.75
 """Ratio of white noise left to white noise assumed, below which the search is repeated."""
 RECONSIDER, SLOW = 2.0, 0.2
@@ -75,12 +86,19 @@ class Search:
     Attributes:
         base: the model that was asked about.
         final: the model with everything that helps.
-        steps: rounds, the last without a choice unless the limit was reached.
+        steps: rounds in which effects were compared.
+        path: every model that was kept, one after the other.
     """
 
     base: Solved
     final: Solved
     steps: list[Step] = field(default_factory=list)
+    path: list[Solved] = field(default_factory=list)
+
+    def keep(self, final: Solved) -> None:
+        """Go on from here."""
+        self.final = final
+        self.path.append(final)
 
     @property
     def missing(self) -> list[str]:
@@ -98,15 +116,46 @@ def search(bench: Workbench, base: Solved, candidates: list[str], progress: Call
         progress: told what is being tried.
     """
     found = Search(base, base)
+    for _ in range(PASSES):
+        _forward(bench, found, candidates, progress)
+        if found.final.rms > FAR * bench.mixtures.white or not _exchange(bench, found, candidates, progress):
+            break
+    return found
+
+
+def _forward(bench: Workbench, found: Search, candidates: list[str], progress: Callable[[str], None]) -> None:
     while True:
         step = _round(bench, found.final, [name for name in candidates if name not in found.final.names], progress)
         found.steps.append(step)
-        best = _best(bench, [trial for trial in step.trials if _convinces(bench, base, found.final, trial, len(step.trials))])
+        best = _best(bench, [trial for trial in step.trials if _convinces(bench, found.base, found.final, trial, len(step.trials))])
         if best is None or len(found.missing) >= MOST_ADDED:
-            return found
+            return
         assert best.solved is not None
         step.chosen = best.screened.name
-        found.final = _prune(bench, bench.finish(best.solved), base)
+        found.keep(_prune(bench, _finished(bench, found.base, best.solved), found.base))
+
+
+def _exchange(bench: Workbench, found: Search, candidates: list[str], progress: Callable[[str], None]) -> bool:
+    """Put another effect in the place of each that was added, where that is likelier beside the others; whether anything changed.
+
+    The first that was added was chosen while the second was missing, and may have been bent to make up for both.
+    """
+    changed = False
+    for name in found.missing if len(found.missing) > 1 else []:
+        less = bench.without(found.final, name)
+        own = bench.evidence(less, found.final)
+        trials = _glances(bench, less, screen(bench, less, [one for one in candidates if one not in found.final.names]))
+        for trial in [trial for trial in trials if trial.evidence > own - WITHIN][:REFITS]:
+            progress(f"{' + '.join(less.names)} + {trial.screened.name} instead of {name}?")
+            _refit(bench, less, trial, far=False)
+        mine = Trial(Screened(name, torch.zeros(0), 0.0, 0), found.final, own, True)
+        step = Step(less, sorted([mine, *trials], key=lambda trial: (not trial.refitted, -trial.evidence)), name)
+        found.steps.append(step)
+        best = step.trials[0]
+        if best is not mine and best.solved is not None and best.evidence > own + PREFERRED:
+            step.chosen, changed = best.screened.name, True
+            found.keep(_finished(bench, found.base, best.solved))
+    return changed
 
 
 def what_helps(found: Search) -> Search:
@@ -114,15 +163,12 @@ def what_helps(found: Search) -> Search:
 
     What lowers it a little then is more likely bent to fit something that it is not.
     """
-    finals = [step.before for step in found.steps[1:]]
-    if found.steps[-1].chosen is not None:
-        finals.append(found.final)
     kept = found.base
-    for after in finals:
+    for after in found.path:
         if after.rms**2 > (1.0 - HELPS) * kept.rms**2:
             break
         kept = after
-    return Search(found.base, kept, found.steps)
+    return replace(found, final=kept)
 
 
 def settle(
@@ -145,7 +191,7 @@ def settle(
         found = search(bench, bench.solve(names), candidates, progress)
     likely, assumed = found.final.likely.noise, bench.noise
     as_assumed = likely.walk < SLOW * likely.white and likely.flicker < RECONSIDER * assumed.flicker
-    if as_assumed or bench.mixtures.exhausted(likely):
+    if as_assumed or bench.mixtures.used_up(likely) >= 1.0:
         return bench, found
     again = bench.with_noise(likely)
     second = search(again, again.solve(names), candidates, progress)
@@ -153,29 +199,45 @@ def settle(
 
 
 def _round(bench: Workbench, before: Solved, names: list[str], progress: Callable[[str], None]) -> Step:
-    trials = [_glance(bench, before, candidate) for candidate in screen(bench, before, names)]
+    trials = _glances(bench, before, screen(bench, before, names))
     for rank, trial in enumerate(_worth_a_refit(trials)):
         progress(f"{' + '.join(before.names)} + {trial.screened.name}?")
-        trial.solved = bench.extend(before, trial.screened.name, trial.screened.shape, far=rank < LOOKED_FAR)
-        trial.evidence, trial.refitted = bench.evidence(before, trial.solved), True
+        _refit(bench, before, trial, far=rank < LOOKED_FAR)
     trials.sort(key=lambda trial: (not trial.refitted, -trial.evidence))
     return Step(before, trials)
 
 
+def _refit(bench: Workbench, before: Solved, trial: Trial, far: bool) -> None:
+    trial.solved = bench.extend(before, trial.screened.name, trial.screened.shape, far=far)
+    trial.evidence, trial.refitted = bench.evidence(before, trial.solved), True
+
+
+def _finished(bench: Workbench, base: Solved, solved: Solved) -> Solved:
+    return bench.finish(solved, tuple(name for name in solved.names if name not in base.names))
+
+
+def _glances(bench: Workbench, before: Solved, candidates: list[Screened]) -> list[Trial]:
+    """The best candidates with nothing nonlinear refitted; others get what projection guesses, and no more than the least of these."""
+    guesses = [0.5 * one.gain - 0.5 * min(one.freedom, SURE) * math.log(bench.effective_samples) for one in candidates]
+    least = max([HOPELESS, *sorted(guesses, reverse=True)[GLANCED : GLANCED + 1]])
+    near = [_glance(bench, before, one) for one, guess in zip(candidates, guesses, strict=True) if guess > least or one is candidates[0]]
+    most = min(trial.evidence for trial in near)
+    known = {trial.screened.name: trial for trial in near}
+    return [known.get(one.name) or Trial(one, None, min(guess, most), False) for one, guess in zip(candidates, guesses, strict=True)]
+
+
 def _glance(bench: Workbench, before: Solved, candidate: Screened) -> Trial:
-    """A candidate with nothing nonlinear refitted; from its projected gain alone where that is hopeless."""
-    guess = 0.5 * candidate.gain - 0.5 * candidate.freedom * math.log(bench.blocks)
-    if guess <= HOPELESS:
-        return Trial(candidate, None, guess, False)
     solved = bench.peek(before, candidate.name, candidate.shape)
     return Trial(candidate, solved, bench.evidence(before, solved), False)
 
 
 def _worth_a_refit(trials: list[Trial]) -> list[Trial]:
-    """The candidates with the largest evidence at a glance, and the one with the largest gain: a bent coil may hide either."""
+    """The candidates with the largest evidence at a glance that are not far behind the first, and the one with the largest gain: a bent coil may hide
+    either."""
     hopeful = [trial for trial in trials if trial.solved is not None]
     best = sorted(hopeful, key=lambda trial: -trial.evidence)[:REFITS]
-    return best + [trial for trial in hopeful[:1] if trial not in best]
+    near = [trial for trial in best if trial.evidence > FAR_BEHIND * best[0].evidence or best[0].evidence < OVERWHELMING]
+    return near + [trial for trial in hopeful[:1] if trial not in near]
 
 
 def _convinces(bench: Workbench, base: Solved, before: Solved, best: Trial, candidates: int) -> bool:
@@ -216,13 +278,3 @@ def _prune(bench: Workbench, full: Solved, base: Solved) -> Solved:
         if bench.evidence(less, full) < ACCEPT:
             full = less
     return full
-
-
-def posterior(trials: list[Trial]) -> dict[str, float]:
-    """Probability of each candidate of one round, against each other and against none (softmax of the evidence).
-
-    Before looking, none is as much likelier as the evidence that an addition must reach: a candidate at the threshold gets about one half.
-    """
-    logs = torch.tensor([ACCEPT + math.log(max(len(trials), 1)), *(trial.evidence for trial in trials)], dtype=torch.float64)
-    weights = torch.softmax(logs, dim=0)[1:]
-    return {trial.screened.name: float(weight) for trial, weight in zip(trials, weights, strict=True)}

@@ -42,20 +42,30 @@ class Dependence:
     evidence: float
     is_line: bool = False
 
+    @property
+    def matters(self) -> bool:
+        """Whether it is significant and material."""
+        return self.evidence > LINE if self.is_line else self.evidence > SIGNIFICANT and self.explains > MATERIAL
+
 
 @dataclass(frozen=True)
 class Structure:
     """Result of the absolute test.
 
     Attributes:
-        is_noise: whether the residual is noise.
+        strain: the worst of its parts over what is allowed for it; noise has 1 or less.
         excess: χ² per degree of freedom − 1.
         dependences: significant free functions, best first.
     """
 
-    is_noise: bool
+    strain: float
     excess: float
     dependences: tuple[Dependence, ...]
+
+    @property
+    def is_noise(self) -> bool:
+        """Whether the residual is noise."""
+        return self.strain <= 1.0
 
 
 def examine(bench: Workbench, final: Solved, base: Solved) -> Structure:
@@ -75,17 +85,19 @@ def examine(bench: Workbench, final: Solved, base: Solved) -> Structure:
     excess = final.likely.cost / dof - 1.0
     explained = float(base.residual.square().mean() - final.residual.square().mean()) / bench.noise_floor(final) ** 2
     forgiven = min(SHARE_ALLOWED * max(explained, 0.0), LEVEL_ALLOWED_AFTER)
-    found, line = tuple(dependences(bench, final)), spectral_line(bench, final)
-    leftover = max([0.0, *(item.explains * (1.0 + excess) for item in found)])
-    level = excess <= LEVEL_ALLOWED + 3.0 * math.sqrt(2.0 / dof) + forgiven
-    shape = not found or leftover <= MATERIAL + forgiven
-    noise = level and shape and line is None and not bench.mixtures.exhausted(final.likely.noise)
-    quiet = final.rms < QUIET * bench.mixtures.white
-    return Structure(noise or quiet, excess, found if line is None else (*found, line))
+    tried, line = free_dependences(bench, final), spectral_line(bench, final)
+    level = excess / (LEVEL_ALLOWED + 3.0 * math.sqrt(2.0 / dof) + forgiven)
+    shape = max((min(one.evidence / SIGNIFICANT, one.explains * (1.0 + excess) / (MATERIAL + forgiven)) for one in tried), default=0.0)
+    wave = 0.0 if line is None else line.evidence / LINE
+    strain = max(0.0, level, shape, wave, bench.mixtures.used_up(final.likely.noise))
+    if final.rms < QUIET * bench.mixtures.white:
+        strain = min(strain, 1.0)
+    found = (*[one for one in tried if one.matters], *([line] if line is not None and line.matters else []))
+    return Structure(strain, excess, found)
 
 
 def spectral_line(bench: Workbench, final: Solved) -> Dependence | None:
-    """A frequency at which a model's residual, whitened by its likeliest noise, stands out; None where none does.
+    """The frequency at which a model's residual, whitened by its likeliest noise, stands out most; None where no run has a spectrum.
 
     Flicker and random walk can take over the variance of something that recurs in time, but not its frequency. Blocks are taken as evenly spaced, so
     that a gap within a run blurs a line.
@@ -96,9 +108,9 @@ def spectral_line(bench: Workbench, final: Solved) -> Dependence | None:
         powers.append((torch.fft.rfft(part).abs().square() / len(part))[1:-1])
         frequencies.append(torch.fft.rfftfreq(len(part), run.average_s).to(part)[1:-1])
     power, frequency = torch.cat(powers), torch.cat(frequencies)
-    excess = float(power.max() / power.mean()) - math.log(len(power))
-    if excess <= LINE:
+    if not len(power):
         return None
+    excess = float(power.max() / power.mean()) - math.log(len(power))
     turns = 2 * torch.pi * float(frequency[power.argmax()]) * torch.cat([run.block_mean(run.time) for run in bench.runs])
     wave = torch.cat([final.plain_columns, turns.cos().unsqueeze(1), turns.sin().unsqueeze(1)], dim=1)
     share = 1.0 - float(project(wave, final.design.error).cost) / float(final.residual.square().sum())
@@ -107,14 +119,18 @@ def spectral_line(bench: Workbench, final: Solved) -> Dependence | None:
 
 def dependences(bench: Workbench, final: Solved) -> list[Dependence]:
     """Free smooth functions of one quantity that explain a significant and material share of a model's residual, best first."""
+    return [one for one in free_dependences(bench, final) if one.matters]
+
+
+def free_dependences(bench: Workbench, final: Solved) -> list[Dependence]:
+    """What a free smooth function of each quantity would explain of a model's residual, best first."""
     total = float(project(final.fit.plain, final.design.error).cost)
-    size = math.log(bench.blocks)
+    size = math.log(bench.effective_samples)
     found = []
     for words, free in free_functions(bench, final).items():
         columns = torch.cat([final.fit.plain, free], dim=1)
         likely = bench.mixtures.most_likely(columns, final.design.error, final.likely.place)
         evidence = likely.logarithm - final.likely.logarithm - 0.5 * free.shape[1] * size
         share = 1.0 - float(project(columns, final.design.error).cost) / total
-        if evidence > SIGNIFICANT and share > MATERIAL:
-            found.append(Dependence(words, share, evidence))
+        found.append(Dependence(words, share, evidence))
     return sorted(found, key=lambda item: -item.evidence)

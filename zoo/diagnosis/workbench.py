@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import copy
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
 
 import torch
@@ -12,19 +12,23 @@ from torch import Tensor
 
 from zoo.diagnosis.noise_likelihood import START, Likely, NoiseMixtures, Place
 from zoo.diagnosis.preparation import reference_varies
+from zoo.diagnosis.shape_search import Beside
+from zoo.diagnosis.trimming import trimmed
 from zoo.effects.base import Effect
-from zoo.effects.bounds import to_unit
+from zoo.effects.bounds import to_physical, to_unit
 from zoo.fitting.design import Design, coarse_starts, starts_in_motion
 from zoo.fitting.noise import assumed
 from zoo.fitting.projection import complement, orthonormal, project
 from zoo.fitting.variable_projection import Fit, fit
 from zoo.measurements.run import Run
 from zoo.models.graybox import GrayBox
-from zoo.scoring.noise import NoiseModel, Whitener
+from zoo.scoring.noise import NoiseModel, Whitener, effective_samples
 
 FAR = 1.5
 """RMS of a residual over the white noise above which a base is taken to have its coil in the wrong place."""
 VARIED_REFERENCE = "a reference that changes"
+WORTH_RESHAPING = 2.0
+"""χ² that another shape must gain for the fit to start from there once more."""
 COARSE, FINE = 1e-3, 1e-4
 """Tolerance of the fit of a candidate, which decides by evidence of 5 and more, and of a model that is kept."""
 
@@ -40,6 +44,7 @@ class Solved:
         fit: the solution, in whitened block means.
         mixtures: the noise that the gyro may have.
         near: the mixture to start from in the search for the likeliest.
+        worths: log evidences found so far, by the effects that were not trimmed.
     """
 
     names: tuple[str, ...]
@@ -48,6 +53,7 @@ class Solved:
     fit: Fit
     mixtures: NoiseMixtures
     near: Place = START
+    worths: dict[frozenset[str], float] = field(default_factory=dict)
 
     @cached_property
     def basis(self) -> Tensor:
@@ -63,6 +69,23 @@ class Solved:
     def residual(self) -> Tensor:
         """(N,) block means of error − model [unit], runs one after the other."""
         return self.design.error - self.plain_columns @ self.fit.amplitudes
+
+    def places(self) -> dict[str, list[int]]:
+        """Which columns are whose."""
+        found, at = {}, 0
+        for name, effect in self.model.named_effects():
+            found[name] = list(range(at, at + len(effect.amplitudes)))
+            at += len(effect.amplitudes)
+        return found
+
+    def trimmed(self, effects: list[list[int]], price: float) -> tuple[float, int, float]:
+        """χ² lost, parameters left and logarithm of the choices when the columns of some effects are trimmed under the likeliest noise."""
+        if not any(len(places) > 1 for places in effects):
+            return 0.0, self.freedom, 0.0
+        white = self.mixtures.whitener(self.likely.place)[1](torch.cat([self.fit.plain, self.design.error.unsqueeze(1)], dim=1))
+        white = white * (self.mixtures.white / self.likely.noise.white)
+        found = trimmed(white[:, :-1], white[:, -1], self.fit.moves, effects, price)
+        return found.gain, found.freedom, found.choices
 
     @property
     def plain_columns(self) -> Tensor:
@@ -173,12 +196,34 @@ class Workbench:
                 known = base.design.effect_columns(effect, base.design.histories(coil), shapes)
             residual = complement(base.design.target.unsqueeze(-1), basis).squeeze(-1)
             cost, best = project(complement(known, basis), residual).cost.min(dim=0)
-            found.append((float(cost), torch.cat([coil, to_unit(shapes[best], effect.shape).to(coil)])))
-        return min(found, key=lambda pair: pair[0])[1]
+            found.append((float(cost), coil, shapes[best], columns))
+        least, coil, shape, columns = min(found, key=lambda each: each[0])
+        if len(shapes) > 1:
+            shape = Beside.whitened(base.design, coil, columns, self.span_s).closer(effect, least, shape)[1]
+        return torch.cat([coil, to_unit(shape, effect.shape).to(coil)])
 
-    def finish(self, solved: Solved) -> Solved:
-        """Fit on from a coarse solution."""
-        return self.solve(solved.names, [solved.fit.theta], solved.likely.place)
+    def finish(self, solved: Solved, added: tuple[str, ...] = ()) -> Solved:
+        """Fit on from a coarse solution, and again from wherever the shape of an added effect is better beside all the others as they are now."""
+        fine = self.solve(solved.names, [solved.fit.theta], solved.likely.place)
+        starts = [start for name in added for start in self._reshaped(fine, name)]
+        return self.solve(fine.names, starts, fine.likely.place) if starts else fine
+
+    def _reshaped(self, solved: Solved, name: str) -> list[Tensor]:
+        """θ with another shape for one effect, where its surroundings have a better one."""
+        effect, own = self.effects[name], solved.places()[name]
+        declared = solved.model.parameters_of_theta()
+        at = [i for i, (owner, _) in enumerate(declared) if owner == name]
+        if not at:
+            return []
+        others = solved.fit.columns[:, [i for i in range(solved.fit.columns.shape[1]) if i not in own]]
+        beside = Beside.whitened(solved.design, solved.fit.theta, others, self.span_s)
+        shape = to_physical(solved.fit.theta[at], effect.shape)
+        cost, better = beside.closer(effect, solved.fit.cost, shape)
+        if cost > solved.fit.cost - WORTH_RESHAPING:
+            return []
+        theta = solved.fit.theta.clone()
+        theta[at] = to_unit(better, effect.shape).to(theta)
+        return [theta]
 
     def known(self, names: tuple[str, ...]) -> Solved | None:
         """The solution of these effects, if it was found before."""
@@ -204,14 +249,29 @@ class Workbench:
         keep = torch.tensor([owner != name for owner in owners], dtype=torch.bool, device=full.fit.theta.device)
         return self.solve(tuple(other for other in full.names if other != name), [full.fit.theta[keep]], full.likely.place)
 
+    @cached_property
+    def effective_samples(self) -> float:
+        """How many independent block means the runs are worth, under the noise that fits are weighted with."""
+        return effective_samples(self.noise, self.mixtures.runs)
+
     def evidence(self, less: Solved, more: Solved) -> float:
-        """Log Bayes factor of the larger model (Schwarz 1978), each model under the noise that suits it best.
+        """Log Bayes factor of one model over another, usually a smaller one, each under the noise that suits it best.
 
         A slow residual may be an effect or flicker: the noise mixture is part of either hypothesis, so that an effect must beat the noise that would
-        do without it.
+        do without it. An effect that only one of them has is judged by those of its amplitudes that the runs call for; a parameter costs half the
+        logarithm of the effective number of samples (Schwarz 1978).
         """
-        gain = more.likely.logarithm - less.likely.logarithm
-        return gain - 0.5 * (more.freedom - less.freedom) * math.log(self.blocks)
+        return self._worth(more, less.names) - self._worth(less, more.names)
+
+    def _worth(self, solved: Solved, common: tuple[str, ...]) -> float:
+        """Log likelihood less what the parameters cost, with effects that are not among the common ones trimmed."""
+        key = frozenset(common)
+        if key not in solved.worths:
+            price = math.log(self.effective_samples)
+            optional = {name: places for name, places in solved.places().items() if name not in common}
+            gain, freedom, choices = solved.trimmed(list(optional.values()), price)
+            solved.worths[key] = solved.likely.logarithm - 0.5 * gain - 0.5 * freedom * price - choices
+        return solved.worths[key]
 
     def noise_floor(self, solved: Solved) -> float:
         """RMS that the residual would have if it were the likeliest noise mixture: its variance less what the model's freedom absorbs [unit]."""

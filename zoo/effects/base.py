@@ -64,7 +64,7 @@ class History:
         time: (T,) since the run's first sample [s].
         temperature: (..., T) at the place [°C].
         rate: (..., T) its derivative [K/min].
-        gradient: (..., T) what drives heat into the place, minus the place's temperature [K].
+        gradient: (..., T) what drives heat into the place, minus the place's temperature or that of a thermometer beside it [K].
         thermometer: (T,) the main thermometer as recorded [°C].
         reference: (T,) true input [output's unit].
         inputs: other recorded columns by name, such as ``"supply_v"``, each (T,).

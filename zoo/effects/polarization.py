@@ -5,33 +5,67 @@ from __future__ import annotations
 import torch
 from torch import Tensor
 
-from zoo.effects.base import Effect, History, Parameter
+from zoo.effects.base import Effect, History, Parameter, grid_values
 
 REFERENCE_C = 20.0
+RATIO = Parameter("ratio_2", 2.0, "1", 0.3, 4.0, source="periods of 3–30 K against each other", meaning="period over that of the second line")
+
+
+HARMONICS = (2.0, 3.0)
+APART = 0.01
+"""Ratio less one below which two lines are one."""
 
 
 class Polarization(Effect):
-    """Fringes in temperature with period P, and their second harmonic.
+    """Fringes in temperature: a line of period P and two more of periods P/ρ, by default its harmonics.
 
     A cross-coupling at distance z from the polariser interferes with phase 2πB(T)z/λ, and dB/dT is constant to a few per cent, so that the error is
-    periodic in T with P = λ/(z·|dB/dT|), about 2.8 K·m at 1550 nm. Two couplings at a ratio of two, or an intensity-type term, add the harmonic
-    (Opt. Lett. 36, 2173 (2011) for dB/dT).
+    periodic in T with P = λ/(z·|dB/dT|), about 2.8 K·m at 1550 nm (Opt. Lett. 36, 2173 (2011) for dB/dT). Each splice adds a line of its own, one to
+    four in all; an intensity-type term, or a coupling at twice the distance, a harmonic.
     """
 
     name = "polarization"
-    shape = (Parameter("period", 12.0, "K", 2.0, 60.0, "inverse", source="prior: 3–30 K", meaning="fringe period in temperature", grid=100),)
-    amplitudes = (
-        Parameter("cosine", 0.0, "unit", -10.0, 10.0, source="prior: 0.002–0.03 medium, 0.02–0.5 tactical", meaning="fundamental, in phase at 20 °C"),
-        Parameter("sine", 0.0, "unit", -10.0, 10.0, source="engineering prior", meaning="fundamental, in quadrature"),
-        Parameter("cosine_2", 0.0, "unit", -10.0, 10.0, source="engineering prior", meaning="second harmonic, in phase"),
-        Parameter("sine_2", 0.0, "unit", -10.0, 10.0, source="engineering prior", meaning="second harmonic, in quadrature"),
+    shape = (
+        Parameter("period", 12.0, "K", 2.0, 60.0, "inverse", source="prior: 3–30 K", meaning="fringe period in temperature", grid=100),
+        RATIO,
+        Parameter("ratio_3", 3.0, "1", 0.3, 4.0, source=RATIO.source, meaning="period over that of the third line"),
     )
-    formula = "Σ_{h=1,2} A_h cos(2πhθ/P) + B_h sin(2πhθ/P)"
+    amplitudes = (
+        Parameter("cosine", 0.0, "unit", -10.0, 10.0, source="prior: 0.002–0.03 medium, 0.02–0.5 tactical", meaning="first line, in phase at 20 °C"),
+        Parameter("sine", 0.0, "unit", -10.0, 10.0, source="engineering prior", meaning="first line, in quadrature"),
+        Parameter("cosine_2", 0.0, "unit", -10.0, 10.0, source="engineering prior", meaning="second line, in phase"),
+        Parameter("sine_2", 0.0, "unit", -10.0, 10.0, source="engineering prior", meaning="second line, in quadrature"),
+        Parameter("cosine_3", 0.0, "unit", -10.0, 10.0, source="engineering prior", meaning="third line, in phase"),
+        Parameter("sine_3", 0.0, "unit", -10.0, 10.0, source="engineering prior", meaning="third line, in quadrature"),
+    )
+    formula = "Σ_{i=1..3} A_i cos(2πρ_iθ/P) + B_i sin(2πρ_iθ/P),  ρ_1 = 1,  θ = T − 20 °C"
     source = "Malykin & Pozdnyakova 2004, Opt. Spectrosc. 97:945; Opt. Lett. 36, 2173 (2011)"
     signature = "a wave in temperature (not in time), the same phase up and down, independent of the rate"
     confused_with = ()
 
+    def shapes_to_try(self, span_s: float, runs: int) -> Tensor:
+        """Periods of one line alone, see `Effect.shapes_to_try`: all three at the same place."""
+        periods = grid_values(self.shape[0], runs)
+        return torch.stack([periods, *(torch.ones_like(periods) for _ in self.shape[1:])], dim=-1)
+
+    def shapes_near(self, shape: Tensor, span_s: float) -> Tensor:
+        """The best itself, and with its second, then its third line at every other period of the grid, see `Effect.shapes_near`."""
+        single = shape[1:] == 1.0
+        moved = [1] if bool(single.all()) else [2] if bool(single.any()) else [1, 2]
+        return torch.cat([shape.unsqueeze(0), *(self._with_ratios(shape, place) for place in moved)])
+
+    def _with_ratios(self, shape: Tensor, place: int) -> Tensor:
+        """(G, 3) the shape with another ratio at one place."""
+        first, second, _ = self.shape
+        ratios = torch.cat([shape[0] / grid_values(first, 1).to(shape), torch.tensor(HARMONICS).to(shape)])
+        apart = (ratios - 1.0).abs() > APART
+        ratios = ratios[(ratios >= second.low) & (ratios <= second.high) & apart]
+        moved = shape.expand(len(ratios), -1).clone()
+        moved[:, place] = ratios
+        return moved
+
     def columns(self, history: History, shape: Tensor) -> Tensor:
-        """Cosine and sine of the fundamental and of its harmonic, see `Effect.columns`."""
+        """Cosine and sine of each line, see `Effect.columns`."""
         phase = 2 * torch.pi * (history.temperature - REFERENCE_C) / shape[..., 0:1]
-        return torch.stack([phase.cos(), phase.sin(), (2 * phase).cos(), (2 * phase).sin()], dim=-1)
+        lines = [phase, shape[..., 1:2] * phase, shape[..., 2:3] * phase]
+        return torch.stack([wave for line in lines for wave in (line.cos(), line.sin())], dim=-1)

@@ -12,7 +12,7 @@ from zoo.models.graybox import GrayBox
 from zoo.models.places import first_rates
 from zoo.scoring.noise import Whitener
 
-CHUNK_ELEMENTS = 6_000_000
+CHUNK_ELEMENTS = 2_000_000
 COIL_TRIALS = 4
 LOW, HIGH = 0.35, 0.95
 """Part of a logarithmic range in which lags are tried: half a minute to two hours."""
@@ -76,8 +76,8 @@ class Design:
         coil = to_physical(theta, parameters)[: len(self.model.coil_parameters)]
         return [self.model.histories(raw, coil, number) for raw, number in zip(self.raw, self.numbers, strict=True)]
 
-    def effect_columns(self, effect: Effect, places: list[dict[str, History]], shapes: Tensor) -> Tensor:
-        """Whitened columns of one effect for many shapes at fixed histories: (G, S) physical -> (G, N, K)."""
+    def effect_columns(self, effect: Effect, places: list[dict[str, History]], shapes: Tensor, whitener: Whitener | None = None) -> Tensor:
+        """Columns of one effect for many shapes at fixed histories, by the design's whitener or another: (G, S) physical -> (G, N, K)."""
         length = max(raw.shape[0] for raw in self.raw)
         size = max(1, CHUNK_ELEMENTS // (length * len(effect.amplitudes)))
         found = []
@@ -85,7 +85,7 @@ class Design:
             blocks = []
             for run, place in zip(self.runs, places, strict=True):
                 blocks.append(run.block_mean_columns(spread(effect.columns(place[effect.place], part), part)))
-            found.append(self.whitener(torch.cat(blocks, dim=-2)))
+            found.append((whitener or self.whitener)(torch.cat(blocks, dim=-2)))
         return torch.cat(found)
 
 

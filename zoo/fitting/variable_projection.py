@@ -26,6 +26,7 @@ class Fit:
         columns: (N, K) Φ at the solution, weighted.
         tangent: (N, P) dΦ/dθ·a at the solution, weighted.
         plain: (N, K+P) both before they were weighted.
+        moves: (P, K) whether a column depends on a parameter.
         cost: sum of squared residuals.
         iterations: Gauss–Newton steps taken.
     """
@@ -36,6 +37,7 @@ class Fit:
     columns: Tensor
     tangent: Tensor
     plain: Tensor
+    moves: Tensor
     cost: float
     iterations: int
 
@@ -99,15 +101,16 @@ def fit(
         if gain < tolerance * 100 * float(here.solution.cost) / target.numel():
             break
     found = here.solution
-    return Fit(theta, found.amplitudes, found.residual, here.columns, here.tangent, here.plain, float(found.cost), taken)
+    return Fit(theta, found.amplitudes, found.residual, here.columns, here.tangent, here.plain, here.moves, float(found.cost), taken)
 
 
 class _Linear(NamedTuple):
-    """Columns (N, K) and tangent (N, P) at one θ, weighted; both (N, K+P) before that; the projection on the columns."""
+    """Columns (N, K) and tangent (N, P) at one θ, weighted; both (N, K+P) before that; what depends on what; the projection on the columns."""
 
     columns: Tensor
     tangent: Tensor
     plain: Tensor
+    moves: Tensor
     solution: Projection
 
 
@@ -129,7 +132,8 @@ def _linearise(columns: Callable[[Tensor], Tensor], weigh: Callable[[Tensor], Te
     weighted = weigh(batch[0])
     solution = project(weighted, target)
     differences = _differences(batch, steps, solution.amplitudes)
-    return _Linear(weighted, weigh(differences), torch.cat([batch[0], differences], dim=1), solution)
+    moves = (batch[1:] != batch[0]).any(dim=1) if theta.numel() else torch.zeros(0, batch.shape[2], dtype=torch.bool, device=batch.device)
+    return _Linear(weighted, weigh(differences), torch.cat([batch[0], differences], dim=1), moves, solution)
 
 
 def _steps(theta: Tensor, basis: Tensor, tangent: Tensor, residual: Tensor) -> Tensor:

@@ -76,7 +76,8 @@ class GrayBox(Model):
 
     def histories(self, x: Tensor, coil_value: Tensor, run: int = UNSEEN) -> dict[str, History]:
         """The history at each place, from raw columns (T, C) and the coil's parameters (..., P)."""
-        apart = {self.inputs[0], self.inputs[-1], *self.thermometers}
+        asked = {column for _, effect in self.named_effects() for column in effect.needs}
+        apart = {self.inputs[0], self.inputs[-1], *self.thermometers} - asked
         table = {name: x[:, i] for i, name in enumerate(self.inputs) if name not in apart}
         table["reference"] = x[:, -1]
         thermometers = torch.stack([x[:, self.inputs.index(name)] for name in self.thermometers], dim=-1)

@@ -62,7 +62,8 @@ def coil_parameters(thermometers: list[str], in_motion: bool = False) -> tuple[P
 def coil(time: Tensor, thermometers: Tensor, theta: Tensor, in_motion: bool = False) -> tuple[Tensor, Tensor, Tensor]:
     """Temperature of the coil, its rate, and the difference that drives heat into it.
 
-    Several thermometers u_j:  u = u_0 + Σ w_j (u_j − u_0),  x = lag_τ(u),  dx/dt = (u − x)/τ.
+    Several thermometers u_j:  u = u_0 + Σ w_j (u_j − u_0),  x = lag_τ(u),  dx/dt = (u − x)/τ. The difference is measured, the last one less the main
+    one: u − x would be the rate once more.
     One thermometer:  v = lag_τ(lag_τ(u)),  x = v + λ·dv/dt  with λ = max(0, lead + 2τ), rates from the differences between the stages: no sample
     is ever differenced, so a quantisation step is never amplified by more than max(λ, τ)/τ². What a chamber run determines is the lead in a ramp;
     λ and τ by themselves hide behind each other.
@@ -84,8 +85,8 @@ def coil(time: Tensor, thermometers: Tensor, theta: Tensor, in_motion: bool = Fa
         drive = main + weights @ (thermometers[:, 1:] - main.unsqueeze(1)).mT
         slope = before[..., 0] + (weights * (before[..., 1:] - before[..., :1])).sum(dim=-1)
         temperature = lagged(time, drive, lag, drive[..., 0] - lag * slope)
-        gradient = drive - temperature
-        return temperature, gradient / lag.unsqueeze(-1) * SECONDS_PER_MINUTE, gradient
+        rate = (drive - temperature) / lag.unsqueeze(-1) * SECONDS_PER_MINUTE
+        return temperature, rate, (thermometers[:, -1] - main).expand_as(temperature)
     tau = lag.unsqueeze(-1)
     ahead = (theta[..., 1:2] + 2 * tau).clamp_min(0.0)
     delay = lag * before[..., 0]

@@ -13,6 +13,10 @@ from torch import Tensor
 CHAIN_RATIO = 4.0
 WHITENED_AT_ONCE = 1000
 DIFFERENCED = 3
+MOSTLY_FILLED = 0.7
+"""Share of columns with anything in them above which sorting them out costs more than it saves."""
+BANDS, WORTH_BANDS = 6, 20_000
+"""Into how many a triangular matrix is cut, and how many numbers make that worth while."""
 NORMAL = NormalDist()
 
 
@@ -126,8 +130,43 @@ class Whitener:
     def __call__(self, columns: Tensor) -> Tensor:
         """Whiten (..., N, K) -> (..., N, K), dimensionless."""
         wide = columns.movedim(-2, 0).reshape(columns.shape[-2], -1)  # one matrix product a piece, whatever the batch
-        pieces = [factor @ piece for factor, piece in zip(self.factors, wide.split(self.sizes), strict=True)]
+        pieces = [_product(factor, piece) for factor, piece in zip(self.factors, wide.split(self.sizes), strict=True)]
         return torch.cat(pieces).reshape(columns.shape[-2], *columns.shape[:-2], columns.shape[-1]).movedim(0, -2)
+
+
+def _product(factor: Tensor, piece: Tensor) -> Tensor:
+    """Factor @ piece; where most columns are zero in this piece, as those of other runs are, without them."""
+    filled = (piece != 0).any(dim=0)
+    if int(filled.sum()) > MOSTLY_FILLED * len(filled):
+        return _lower_product(factor, piece)
+    product = torch.zeros_like(piece)
+    product[:, filled] = _lower_product(factor, piece[:, filled])
+    return product
+
+
+def _lower_product(factor: Tensor, piece: Tensor) -> Tensor:
+    """The product with a lower triangular matrix, band by band, so that most of what is zero is not multiplied."""
+    if piece.numel() < WORTH_BANDS:
+        return factor @ piece
+    size = len(factor)
+    rows = -(-size // BANDS)
+    bands = [(start, min(start + rows, size)) for start in range(0, size, rows)]
+    return torch.cat([factor[start:end, :end] @ piece[:end] for start, end in bands])
+
+
+def effective_samples(noise: NoiseModel, runs: list[Blocks]) -> float:
+    """Number of independent block means whose mean square would scatter as much: (tr Σ)²/tr Σ² (Bretherton et al. 1999, J. Climate 12:1990).
+
+    Args:
+        noise: of the block means.
+        runs: when they were taken.
+    """
+    variance = squares = 0.0
+    for piece in [piece for run in runs for piece in run.pieces]:
+        covariance = noise.covariance(piece)
+        variance += float(covariance.trace())
+        squares += float(covariance.square().sum())
+    return variance**2 / squares
 
 
 def white_level(values: list[Tensor], kept: float = 0.9) -> float:

@@ -10,6 +10,7 @@ import torch
 from torch import Tensor
 
 from zoo.effects.base import Effect, Parameter, physical_value
+from zoo.effects.chamber_cycling import RUNS
 from zoo.effects.shupe import Shupe
 from zoo.errors import InputError, nearest
 from zoo.simulator.gyros.device import Device
@@ -21,19 +22,29 @@ RATIOS: dict[str, tuple[str, dict[str, float]]] = {
     "static_bias": ("slope", {"offset": 10.0, "curvature": 0.3 / 60, "cubic": 0.1 / 60**2}),
     "sensor_lag": ("slope", {"curvature": 0.3 / 60}),
     "rate_temperature_coupling": ("slope", {"curvature": 0.3 / 60}),
-    "polarization": ("cosine", {"sine": 1.0, "cosine_2": 0.3, "sine_2": 0.3}),
+    "glass_transition": ("jump", {"peak": 1.0}),
+    "polarization": ("cosine", {"sine": 1.0, "cosine_2": 0.3, "sine_2": 0.3, "cosine_3": 0.1, "sine_3": 0.1}),
     "magnetic": ("sensitivity", {"slope": 0.0015}),
     "scale_factor": ("slope", {"offset": 20.0, "curvature": 0.3 / 60}),
     "scale_factor_nonlinearity": ("cubic", {"cubic_slope": 0.002}),
+    "misalignment": ("slope", {"offset": 60.0, "curvature": 0.3 / 60}),
+    "moisture": ("flux", {"strain": 0.3}),
+    "chamber_cycling": ("cosine_1", {f"{wave}_{run}": 1.0 for run in range(1, RUNS + 1) for wave in ("cosine", "sine")}),
 }
 # Shapes that show within hours and within the tens of kelvins of a program; the effects' own bounds are wider.
 VISIBLE = {
     ("polarization", "period"): Span(5.0, 40.0, "K"),
+    ("polarization", "ratio_2"): Span(0.5, 3.0, "1"),
+    ("polarization", "ratio_3"): Span(0.5, 3.0, "1"),
     ("warm_up", "time"): Span(600.0, 3600.0, "s"),
     ("hysteresis", "width"): Span(3.0, 12.0, "K"),
     ("hysteresis", "spread"): Span(15.0, 80.0, "K"),
     ("sensor_lag", "lag"): Span(200.0, 1800.0, "s"),
     ("aging", "time"): Span(5.0, 200.0, "h"),
+    ("glass_transition", "width"): Span(5.0, 15.0, "K"),
+    ("viscoelastic", "time"): Span(0.3, 5.0, "h"),
+    ("moisture", "time"): Span(3.0, 30.0, "h"),
+    ("chamber_cycling", "period"): Span(240.0, 600.0, "s"),  # means over 100 s take a shorter one for a longer
 }
 
 
@@ -46,12 +57,14 @@ class Scene:
         seconds: length of the shortest [s].
         low_c: coldest temperature of the coil [°C].
         high_c: hottest one [°C].
+        slow: one of the slowest true rates other than zero [°/h]; zero where nothing turns.
     """
 
     runs: int
     seconds: float
     low_c: float
     high_c: float
+    slow: float
 
 
 def shape_parameters(effect: Effect) -> tuple[Parameter, ...]:
@@ -79,6 +92,8 @@ def _visible(name: str, parameter: Parameter, scene: Scene, generator: torch.Gen
         return scene.low_c + (0.2 + 0.6 * uniform(generator)) * width
     if key == ("bias_step", "onset"):
         return (0.15 + 0.7 * uniform(generator)) * scene.seconds / 3600
+    if key == ("dead_band", "width") and scene.slow > 0:
+        return min(scene.slow * Span(0.5, 2.0, "1").draw(generator), parameter.high)
     if parameter.scale == "index":
         return float(math.floor(uniform(generator) * ((scene.runs if scene.runs > 1 else 0) + 1)))
     value = VISIBLE[key].draw(generator) if key in VISIBLE else float(physical_value(torch.tensor(0.2 + 0.6 * uniform(generator)), parameter))

@@ -85,7 +85,8 @@ def draw_shares(name: str, effect: Effect, runs: Sequence[Scenario], drawing: Dr
         InputError: see `given_values`; an effect that is to be scaled and leaves no trace in these runs.
     """
     devices, given = runs[0].devices, drawing.given.get(name, {})
-    scenes = [Scene(len(runs), min(float(run.time[-1]) for run in runs), *_range(runs, row)) for row in range(len(devices))]
+    seconds, slow = min(float(run.time[-1]) for run in runs), _slow(runs)
+    scenes = [Scene(len(runs), seconds, *_range(runs, row), slow) for row in range(len(devices))]
     shapes = [_shape(name, effect, device, scene, given) for device, scene in zip(devices, scenes, strict=True)]
     columns = torch.cat([run.columns(effect, torch.stack(shapes)) for run in runs], dim=-2).cpu()
     columns = columns - columns.mean(-2, keepdim=True)
@@ -126,6 +127,13 @@ def _visible(part: Tensor, beside: Tensor | None) -> float:
 def _range(runs: Sequence[Scenario], row: int) -> tuple[float, float]:
     coil = torch.cat([run.heat.coil[row] for run in runs])
     return float(coil.min()), float(coil.max())
+
+
+def _slow(runs: Sequence[Scenario]) -> float:
+    """True rate [°/h] that all but a tenth of the turning is faster than; 0 where nothing turns."""
+    rates = torch.cat([run.reference.abs() for run in runs])
+    turning = rates[rates > 0].sort().values
+    return float(turning[len(turning) // 10]) if len(turning) else 0.0
 
 
 def _noises(name: str, seed: int) -> float:

@@ -92,6 +92,8 @@ def train(
             evaluations = cast(Fitter, optimizer).fit(model, runs, chance)
             save_unfitted_by_gradient(model, out)
             fitted = {"epochs": None, "evaluations": evaluations, "loss": None}
+            if hasattr(optimizer, "physical"):
+                fitted["physical"] = optimizer.physical(runs[0].unit)
         else:
             net = cast(FeatureModel, model)
             passes = min(PASSES_PER_EPOCH, epochs)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import Any
 
 import torch
 from torch import Generator
@@ -10,8 +11,9 @@ from torch import Generator
 from zoo.errors import InputError
 from zoo.fitting.design import Design, coarse_starts
 from zoo.fitting.noise import blocks_of, noise_of
+from zoo.fitting.parameters import parameters_of
 from zoo.fitting.projection import project
-from zoo.fitting.variable_projection import fit
+from zoo.fitting.variable_projection import Fit, fit
 from zoo.measurements.run import Run
 from zoo.models.base import Model
 from zoo.models.graybox import GrayBox
@@ -28,6 +30,7 @@ class VariableProjection:
             iterations: most Gauss–Newton steps.
         """
         self.iterations = iterations
+        self.solution: tuple[GrayBox, Fit] | None = None
 
     def fit(self, model: Model, runs: Sequence[Run], generator: Generator) -> int:
         """Fit in place; draws nothing.
@@ -48,4 +51,13 @@ class VariableProjection:
         found = fit(design.plain_columns, design.target, best, self.iterations, weigh=whitener)
         with torch.no_grad():
             model.assign(found.theta, found.amplitudes)
+        self.solution = model, found
         return found.iterations
+
+    def physical(self, unit: str) -> dict[str, Any]:
+        """Value and standard error of every parameter.
+
+        Args:
+            unit: suffix of the output's unit.
+        """
+        return {} if self.solution is None else parameters_of(*self.solution, unit)

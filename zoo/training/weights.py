@@ -8,7 +8,7 @@ from collections.abc import Callable
 import torch
 from lightning.pytorch import Callback, LightningModule, Trainer
 from torch import Generator, Tensor, nn
-from torch.func import functional_call, vmap
+from torch.func import functional_call, jvp, vmap
 
 from zoo.models.base import FeatureModel
 
@@ -83,14 +83,35 @@ def population_outputs(model: FeatureModel, weights: Tensor, features: Tensor) -
     Returns:
         (P, M) predicted errors [output's unit].
     """
+    with torch.no_grad():
+        return vmap(_outputs_of(model, features), chunk_size=_at_once(features))(weights)
+
+
+def weight_jacobian(model: FeatureModel, features: Tensor) -> Tensor:
+    """(M, D) derivative of the predicted errors for (M, F) features with respect to the weights, in the order of `weight_vector`."""
+    outputs, here = _outputs_of(model, features), weight_vector(model)
+
+    def along(direction: Tensor) -> Tensor:
+        slope: Tensor = jvp(outputs, (here,), (direction,))[1]
+        return slope
+
+    with torch.no_grad():
+        return vmap(along, out_dims=1, chunk_size=_at_once(features))(torch.eye(len(here), dtype=here.dtype, device=here.device))
+
+
+def _at_once(features: Tensor) -> int:
+    return max(VALUES_AT_ONCE // max(features.numel(), 1), 1)
+
+
+def _outputs_of(model: FeatureModel, features: Tensor) -> Callable[[Tensor], Tensor]:
+    """(D,) weights -> (M,) predicted errors."""
     head = _Head(model)
     shapes = {name: parameter.shape for name, parameter in head.named_parameters()}
 
-    def one(vector: Tensor) -> Tensor:
+    def outputs(vector: Tensor) -> Tensor:
         pieces = vector.split([shape.numel() for shape in shapes.values()])
         named = {name: piece.view(shape) for (name, shape), piece in zip(shapes.items(), pieces, strict=True)}
         output: Tensor = functional_call(head, named, (features,))
         return output
 
-    with torch.no_grad():
-        return vmap(one, chunk_size=max(VALUES_AT_ONCE // max(features.numel(), 1), 1))(weights)
+    return outputs

@@ -7,6 +7,9 @@ from dataclasses import replace
 from zoo.simulator.gyros.gyro_class import GyroClass
 from zoo.simulator.streams import Span
 
+# Of the laboratory, the same for gyros of any class: a fixture's twist of 0.06 to 1″/K at 1 K/min, 1″/min being 0.0167 °/h.
+TWIST = (0.001, 0.017)
+
 MEDIUM = GyroClass(
     name="medium",
     layers=32,
@@ -54,6 +57,14 @@ MEDIUM = GyroClass(
         "supply_voltage": (0.02, 0.4),
         "scale_factor": (2.0, 50.0),
         "scale_factor_nonlinearity": (8e-11, 4e-10),
+        "thermal_gradient": (0.008, 0.1),  # Mohr's plateau where the housing leads the coil by 2 to 3.3 K at 1 K/min
+        "glass_transition": (0.02, 0.6),  # C_M once to three times itself
+        "viscoelastic": (0.006, 0.1),  # 0.002 to 0.03 °/h after 60 K that relax by 0.3 K/min
+        "moisture": (0.01, 0.1),
+        "misalignment": (5e-6, 5e-5),  # 0.5 to 5 µrad/K of a horizontal Earth rate of 10 °/h
+        "fixture_rotation": TWIST,
+        "chamber_cycling": (0.001, 0.02),
+        "dead_band": (0.01, 0.1),
     },
 )
 TACTICAL = replace(
@@ -84,6 +95,14 @@ TACTICAL = replace(
         "supply_voltage": (0.4, 8.0),
         "scale_factor": (20.0, 450.0),
         "scale_factor_nonlinearity": (4e-8, 3.5e-7),
+        "thermal_gradient": (0.04, 0.8),
+        "glass_transition": (0.1, 4.0),
+        "viscoelastic": (0.06, 1.7),
+        "moisture": (0.03, 0.3),
+        "misalignment": (2e-5, 2e-4),
+        "fixture_rotation": TWIST,
+        "chamber_cycling": (0.01, 0.2),
+        "dead_band": (0.01, 0.1),
     },
 )
 NAVIGATION = replace(
@@ -104,5 +123,5 @@ NAVIGATION = replace(
     random_walk=Span(2e-4, 1e-3, "°/√h"),
     flicker=Span(2e-4, 2e-3, "°/h"),
     rate_random_walk=Span(1e-4, 1e-3, "°/h/√h"),
-    effects={name: (low / 10, high / 10) for name, (low, high) in MEDIUM.effects.items()},
+    effects={name: (low / 10, high / 10) for name, (low, high) in MEDIUM.effects.items()} | {"fixture_rotation": TWIST},
 )

@@ -33,6 +33,8 @@ def _middle(span: Span) -> Span:
     return at(value, span.unit, f"middle of the class: {span.source}")
 
 
+ONE_LINE = {"cosine_2": 0.0, "sine_2": 0.0, "ratio_2": 2.0, "cosine_3": 0.0, "sine_3": 0.0, "ratio_3": 3.0}
+"""Fringes of one period only."""
 FIRST, SECOND = "fitted to table 1 of qiu2023", "fitted to the mean and the standard deviation that tong2019 prints"
 
 QIU2023 = typical(
@@ -48,7 +50,7 @@ QIU2023 = typical(
         "static_bias": {"offset": 0.02, "slope": -1.9e-4, "curvature": 0.0, "cubic": 0.0},
         "mohr": {"coefficient": 0.7},
         "rate_temperature_coupling": {"slope": 9.5e-5, "curvature": 3.45e-5},
-        "polarization": {"period": 24.0, "cosine": 0.0182, "sine": -0.0238, "cosine_2": 0.0, "sine_2": 0.0},
+        "polarization": {"period": 24.0, "cosine": 0.0182, "sine": -0.0238, **ONE_LINE},
     },
 )
 """A quadrupolar coil of medium accuracy. The printed holds are far below the ramps, the ramps spread as much as the whole run: that takes a bias that
@@ -66,7 +68,7 @@ TONG2019 = typical(
     fixed={
         "static_bias": {"offset": -0.0773, "slope": -4.4435e-4, "curvature": 2.5392e-5, "cubic": 1.6928e-6},
         "mohr": {"coefficient": 0.02},
-        "polarization": {"period": 30.0, "cosine": -2.0230e-3, "sine": 8.9596e-3, "cosine_2": 0.0, "sine_2": 0.0},
+        "polarization": {"period": 30.0, "cosine": -2.0230e-3, "sine": 8.9596e-3, **ONE_LINE},
     },
 )
 """A gyro of an inertial system whose drift turns at 0, 15, 30 and 37 °C, as the segments of the paper say: a cubic in T with one fringe of 30 K has

@@ -1,0 +1,151 @@
+"""`diagnose` and `refine` of a trained model, and `train model=hybrid`, as a user types them."""
+
+import json
+import os
+import sys
+from pathlib import Path
+from unittest import mock
+
+import pytest
+
+from zoo.catalog import load_model
+from zoo.cli import application
+from zoo.cli.saved_models import folder_settings
+from zoo.models.bp import BP
+from zoo.models.hybrid import Hybrid
+
+FLOOR = 1.3
+"""RMS on a run that was not fitted, over its noise floor, that a complete model may have."""
+
+
+def run(verb: str, *arguments: str) -> int:
+    """The application in this process, which it leaves as it was."""
+    with mock.patch.object(sys, "argv", []), mock.patch.dict(os.environ, {"HYDRA_FULL_ERROR": "0"}):
+        return application.run(verb, list(arguments))
+
+
+def simulated(folder: Path, hidden: str, seed: int) -> Path:
+    given = ["amplitude=0.12", "runs=2", "sample_s=20", "thermometers=1", f"seed={seed}", "pictures=false"]
+    assert run("simulate", f"hidden={hidden}", *given, f"hydra.run.dir={folder}") == 0
+    return folder
+
+
+@pytest.fixture(scope="module")
+def gyro(tmp_path_factory) -> Path:
+    """Runs of a gyro with hysteresis, which a map of the thermometer and its rate cannot follow."""
+    return simulated(tmp_path_factory.mktemp("gyro"), "hysteresis", 3)
+
+
+def data(folder: Path) -> list[str]:
+    return [f"data.files=[{folder}/run_*.csv]", f"data.check_files=[{folder}/check.csv]"]
+
+
+@pytest.fixture(scope="module")
+def network(gyro, tmp_path_factory) -> Path:
+    out = tmp_path_factory.mktemp("network")
+    assert run("train", "model=bp", "epochs=1500", *data(gyro), f"hydra.run.dir={out}") == 0
+    return out
+
+
+def result(folder: Path, name: str) -> dict:
+    return json.loads((folder / name).read_text())
+
+
+@pytest.mark.slow
+def test_what_a_network_lacks_is_named(gyro, network, tmp_path, capsys) -> None:
+    assert run("diagnose", f"model={network}", *data(gyro), f"hydra.run.dir={tmp_path}") == 0
+    found = result(tmp_path, "diagnosis.json")
+    assert (found["verdict"], found["missing"], found["effects"]) == ("missing", ["hysteresis"], ["bp"])
+    assert found["model"] == {"path": str(network), "name": "bp"}
+    assert found["rms"] == pytest.approx(result(network, "metrics.json")["rms"], rel=0.02), "of the model as it was trained, spikes apart"
+    assert "bp" not in found["parameters"]
+    assert {"static_bias", "shupe", "mohr"} <= {one["effect"] for one in found["candidates"]}
+    assert (tmp_path / "report.html").is_file()
+    assert f"fogzoo refine 'add=[hysteresis]' model.folder={network}" in capsys.readouterr().out
+
+
+@pytest.mark.slow
+def test_a_polynomial_lacks_the_fringes(tmp_path) -> None:
+    fringes, out = simulated(tmp_path / "gyro", "polarization", 1), tmp_path / "polynomial"
+    assert run("train", "model=polynomial", "model.order=4", *data(fringes), f"hydra.run.dir={out}") == 0
+    assert run("diagnose", f"model={out}", *data(fringes), f"hydra.run.dir={tmp_path / 'out'}") == 0
+    found = result(tmp_path / "out", "diagnosis.json")
+    # A map of the thermometer does not know the coil's lag either, which may be named after the fringes.
+    assert (found["verdict"], found["missing"][0]) == ("missing", "polarization")
+    assert next(one["probability"] for one in found["candidates"] if one["effect"] == "polarization") > 0.9
+
+
+@pytest.mark.slow
+def test_with_its_missing_effect_a_network_reaches_the_floor_of_a_run_it_never_saw(gyro, network, tmp_path) -> None:
+    assert run("refine", f"model={network}", "add=auto", *data(gyro), f"hydra.run.dir={tmp_path / 'out'}") == 0
+    found = result(tmp_path / "out", "refinement.json")
+    assert [rung["added"] for rung in found["ladder"]] == [None, "hysteresis"]
+    assert [rung["effects"] for rung in found["ladder"]] == [["bp"], ["bp", "hysteresis"]]
+    before, after = (rung["rms_check"] for rung in found["ladder"])
+    assert before == pytest.approx(result(network, "metrics.json")["rms_check"])
+    assert after < FLOOR * found["noise_floor_check"] < before
+    assert found["verdict"] == "complete"
+    truth, amplitude = result(gyro, "truth.json")["parameters"]["hysteresis"], found["parameters"]["hysteresis"]["amplitude"]
+    assert abs(amplitude["value"] - truth["amplitude"]["value"]) < 4 * amplitude["stderr"]
+    assert isinstance(load_model(tmp_path / "out"), Hybrid)
+    assert run("compare", f"runs=[{network},{tmp_path / 'out'}]", f"data.files={gyro}/check.csv", f"hydra.run.dir={tmp_path / 'table'}") == 0
+    compared = result(tmp_path / "table", "comparison.json")["rms"]
+    assert compared["hybrid"] == pytest.approx(after, rel=1e-3)
+    assert run("diagnose", f"model={tmp_path / 'out'}", *data(gyro), f"hydra.run.dir={tmp_path / 'again'}") == 0
+    again = result(tmp_path / "again", "diagnosis.json")
+    assert (again["verdict"], again["missing"], again["effects"]) == ("complete", [], ["hybrid", "hysteresis"])
+
+
+@pytest.mark.slow
+def test_effects_beside_a_model_are_added_to_it(gyro, network, tmp_path) -> None:
+    assert run("diagnose", f"model={network}", "effects=[hysteresis]", *data(gyro), f"hydra.run.dir={tmp_path / 'one'}") == 0
+    found = result(tmp_path / "one", "diagnosis.json")
+    assert (found["verdict"], found["missing"], found["effects"]) == ("complete", [], ["bp", "hysteresis"])
+    assert found["rms"] < 0.7 * result(network, "metrics.json")["rms"]
+
+
+@pytest.mark.slow
+def test_a_hybrid_is_trained_and_beats_its_network(gyro, network, tmp_path) -> None:
+    for name, network_settings in (("hybrid", []), ("cubic", ["model@model.network=polynomial", "model.network.order=3"])):
+        out = tmp_path / name
+        assert run("train", "model=hybrid", "effects=[hysteresis]", *network_settings, *data(gyro), f"hydra.run.dir={out}") == 0
+        metrics, truth = result(out, "metrics.json"), result(gyro, "truth.json")["parameters"]["hysteresis"]
+        assert (metrics["model"], metrics["optimizer"], metrics["init"]) == ("hybrid", "alternating", None)
+        assert metrics["rms_check"] < 0.6 * result(network, "metrics.json")["rms_check"]
+        for parameter in ("width", "amplitude"):
+            found = metrics["physical"]["hysteresis"][parameter]
+            assert abs(found["value"] - truth[parameter]["value"]) < 4 * found["stderr"] < 4 * abs(found["value"])
+
+
+def test_a_networks_name_alone_takes_it_as_it_is(gyro, tmp_path) -> None:
+    settings = ["model=hybrid", "model.network=polynomial", "effects=[magnetic]", "optimizer=alternating", "optimizer.rounds=1"]
+    assert run("train", *settings, *data(gyro), f"hydra.run.dir={tmp_path}") == 0
+    assert type(load_model(tmp_path).network).__name__ == "Polynomial"
+    assert run("train", "model=hybrid", "model.network=polynomia", *data(gyro), f"hydra.run.dir={tmp_path / 'no'}") == 2
+
+
+def test_a_wrong_model_is_named_in_a_line(gyro, tmp_path, capsys) -> None:
+    small = ["model.hidden=2", "epochs=3"]
+    for name in ("one", "two"):
+        assert run("train", "model=bp", *small, *data(gyro), f"hydra.run.dir={tmp_path / 'many' / name}") == 0
+    assert isinstance(load_model(tmp_path / "many" / "one"), BP)
+    capsys.readouterr()
+    other = tmp_path / "other.csv"
+    other.write_text((gyro / "run_1.csv").read_text().replace("_dph", "_rad_per_s"))
+    for given, words in (
+        (["model=nowhere"], ["model: nowhere: no model.yaml"]),
+        ([f"model={gyro}"], ["no model.yaml", "output folder of a train"]),
+        ([f"model={tmp_path / 'many'}"], ["2 models", str(tmp_path / "many" / "one")]),
+        ([f"model={tmp_path / 'many' / 'one'}", "effects=[hyst]"], ["'hyst'", "did you mean hysteresis"]),
+        ([f"model={tmp_path / 'many' / 'one'}", f"data.files={other}", "data.check_files=[]"], ["trained on errors in dph", "rad_per_s"]),
+    ):
+        for verb in ("diagnose", "refine"):
+            assert run(verb, *data(gyro), *given, f"hydra.run.dir={tmp_path / 'out'}") == 2
+            message = capsys.readouterr().err
+            assert len(message.splitlines()) <= 2
+            for word in words:
+                assert word in message
+
+
+def test_only_a_bare_model_becomes_a_folder() -> None:
+    assert folder_settings(["-m", "model=a,b", "model.folder=c", "data.files=[x]"]) == ["-m", "model.folder=a,b", "model.folder=c", "data.files=[x]"]

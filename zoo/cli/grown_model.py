@@ -1,0 +1,154 @@
+"""A trained model and the effects that it lacks: found, and trained together with it."""
+
+from __future__ import annotations
+
+import copy
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import torch
+from omegaconf import DictConfig, OmegaConf
+
+from zoo.catalog import MODEL_FILE, load
+from zoo.cli.given_model import Subject
+from zoo.cli.inputs import searchpath
+from zoo.diagnosis.diagnose import Diagnosis, diagnose
+from zoo.diagnosis.refine import CHECK_ALLOWED, Refinement, refine
+from zoo.diagnosis.regions import regions, runs_rms
+from zoo.diagnosis.workbench import Solved
+from zoo.measurements.run import Run
+from zoo.models.base import Model
+from zoo.models.graybox import GrayBox
+from zoo.models.hybrid import Hybrid
+from zoo.training.alternating import Alternating
+from zoo.training.scores import residual_blocks, score_runs
+
+Progress = Callable[[str], None]
+
+
+def examine(asked: Subject, runs: list[Run], progress: Progress) -> tuple[Diagnosis, Subject]:
+    """Diagnose; a network that seems to lack several effects, or something unknown, is looked at again.
+
+    A network that lacks an effect has bent itself to it, farther perhaps than its linearisation reaches back; what it is then short of passes for a
+    second effect. So it is trained with the first one beside it, and linearised there as well.
+    """
+    found = diagnose(runs, asked.effects, asked.catalogue, progress)
+    missing = found.search.missing
+    if asked.network is None or not missing or (len(missing) == 1 and found.verdict == "missing"):
+        return _told(found, asked), asked
+    progress(f"training with {missing[0]}, to look again")
+    beside = next(solved for solved in _rungs(found) if missing[0] in solved.names)
+    grown = _grown(asked, beside, runs)[0]
+    assert isinstance(grown, Hybrid)
+    again = asked.linearised(runs, [grown.network])
+    return _told(diagnose(runs, again.effects, again.catalogue, progress), again), again
+
+
+def _rungs(found: Diagnosis) -> list[Solved]:
+    return [*(step.before for step in found.search.steps), found.search.final]
+
+
+def _told(found: Diagnosis, asked: Subject) -> Diagnosis:
+    """The diagnosis with the model it is of, and what that leaves as it was trained: the linearised one was fitted to these runs anew."""
+    if asked.saved is None:
+        return found
+    record = found.record
+    record["model"] = {"path": str(asked.saved.folder), "name": asked.saved.kind}
+    record["parameters"].pop(asked.term, None)
+    if asked.as_given is not None:
+        clean = _on_cpu(found.bench.runs)
+        left = torch.cat([residual_blocks(asked.as_given, run) for run in clean])
+        record |= {
+            "rms": float(left.square().mean().sqrt()),
+            "rms_by_run": runs_rms(clean, left),
+            "where": regions(clean, left, record["noise_floor"]),
+        }
+    return found
+
+
+def climb(asked: Subject, runs: list[Run], check_runs: list[Run], add: str | list[str], progress: Progress) -> tuple[Refinement, list[Model]]:
+    """Refine; each rung of a network's ladder is trained as a hybrid.
+
+    Args:
+        asked: the model as it stands.
+        runs: fitted.
+        check_runs: only predicted.
+        add: names in order, or ``"auto"``.
+        progress: told what is being done.
+
+    Returns:
+        The refinement and the model on each rung.
+    """
+    if asked.network is None:
+        found = refine(runs, check_runs, asked.effects, add, asked.catalogue, progress)
+        return found, [solved.model.cpu() for solved in found.solutions]
+    diagnosis = None
+    if add == "auto":
+        diagnosis, asked = examine(asked, runs, progress)
+        add = diagnosis.search.missing
+    found = replace(refine(runs, check_runs, asked.effects, add, asked.catalogue, progress), diagnosis=diagnosis)
+    models: list[Model] = []
+    for rung, solved in zip(found.record["ladder"], found.solutions, strict=True):
+        progress(f"training {' + '.join(solved.names)}")
+        model, found.record["parameters"] = _grown(asked, solved, runs)
+        scores = score_runs(model, _on_cpu(runs), check_runs)
+        rung.update(rms=scores["rms"], rms_check=scores["rms_check"])
+        models.append(model)
+    _judge(found.record)
+    return found, models
+
+
+def _judge(record: dict[str, Any]) -> None:
+    """The refinement's verdict where its last rung was trained anew: on check runs, what is not borne out is not complete."""
+    floor, last = record["noise_floor_check"], record["ladder"][-1]["rms_check"]
+    record["borne_out"] = floor is None or last <= CHECK_ALLOWED * floor
+    if not record["borne_out"]:
+        record["verdict"] = "unknown"
+
+
+def _grown(asked: Subject, solved: Solved, runs: Sequence[Run]) -> tuple[Model, dict[str, Any]]:
+    """The network and the effects of one fit, trained on together from there, with their parameters; where nothing is new, the model as given."""
+    assert asked.network is not None
+    linear = copy.deepcopy(solved.model).cpu()
+    effects = {name: effect for name, effect in linear.named_effects() if name != asked.term}
+    if asked.as_given is not None and len(solved.names) == len(asked.effects):
+        return asked.as_given, {}
+    hybrid = Hybrid(copy.deepcopy(asked.network), effects, linear.inputs, linear.in_motion)
+    with torch.no_grad():
+        hybrid.physics.coil_value.copy_(linear.coil_value)
+    fitter = Alternating(draw=False)
+    fitter.fit(hybrid, _on_cpu(runs), torch.Generator())
+    return hybrid.eval(), fitter.physical(runs[0].unit)
+
+
+def _on_cpu(runs: Sequence[Run]) -> list[Run]:
+    return [run.to("cpu") for run in runs]
+
+
+def model_config(config: DictConfig, asked: Subject, model: Model) -> dict[str, Any]:
+    """A refined model as `create` takes it."""
+    saved = None if asked.saved is None else _saved_config(asked.saved.folder)
+    if saved is not None and not isinstance(model, GrayBox | Hybrid):
+        return saved
+    own: dict[str, Any] = (saved or {}).get("effects", {})
+    given = {**_plain(config.get("effects") or {}), **own}
+    sum_of = model.physics if isinstance(model, Hybrid) else model
+    assert isinstance(sum_of, GrayBox)
+    effects = {name: given.get(name) or _plain(load("effects", name, searchpath())[name]) for name, _ in sum_of.named_effects()}
+    kind = type(model)
+    parts = {"_target_": f"{kind.__module__}.{kind.__qualname__}", "effects": effects, "inputs": sum_of.inputs, "in_motion": sum_of.in_motion}
+    if isinstance(model, Hybrid):
+        assert saved is not None
+        parts["network"] = saved.get("network", saved)
+    return parts
+
+
+def _saved_config(folder: Path) -> dict[str, Any]:
+    return _plain(OmegaConf.load(folder / MODEL_FILE))
+
+
+def _plain(config: Any) -> dict[str, Any]:
+    plain: dict[str, Any] = OmegaConf.to_container(OmegaConf.create(config), resolve=True)  # type: ignore[assignment]
+    return plain

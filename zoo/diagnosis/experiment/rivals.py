@@ -1,0 +1,65 @@
+"""Explanations that a diagnosis leaves open."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+import torch
+
+from zoo.diagnosis.alike import indistinguishable
+from zoo.diagnosis.screening import Screened, screen
+from zoo.diagnosis.search import Search
+from zoo.diagnosis.workbench import COARSE, VARIED_REFERENCE, Solved, Workbench
+from zoo.effects.bounds import to_unit
+
+CLOSE = 5.0
+"""Log Bayes factor up to which the second best explanation stays open (150 : 1)."""
+OPEN = 15.0
+"""Log Bayes factor below which an explanation is out of the question, whatever its columns could reproduce."""
+
+
+def rivals_of(bench: Workbench, found: Search, twins: Mapping[str, Sequence[str]]) -> list[Solved]:
+    """The model that was found, and those that have another effect in the place of one of its own.
+
+    The effect is the first that was found of those that something cannot be told from: what the diagnosis says cannot be, what comes close in
+    evidence, and what could not be tried only because the true input was always the same.
+
+    Args:
+        bench: the runs.
+        found: the path of the diagnosis.
+        twins: of each missing effect, those that cannot be told from it.
+
+    Returns:
+        The one that was found first, then the likeliest of those that were tried, then of those that were not; empty where nothing is open.
+    """
+    for name in found.missing:
+        names = tuple(other for other in found.final.names if other != name)
+        still = [other for other in bench.effects if bench.lacking(other) == [VARIED_REFERENCE] and other not in found.final.names]
+        others = [*twins.get(name, ()), *_close(found, name), *(indistinguishable(bench, found.final, name, still) if still else ())]
+        open_to = [other for other in dict.fromkeys(others) if other not in found.final.names]
+        if open_to:
+            before = bench.known(names) or bench.without(found.final, name)
+            more = found.final if found.final.names[-1] == name else bench.add(before, name)
+            models = [_in_place_of(bench, before, more, guess) for guess in screen(bench, before, open_to)]
+            worth = {id(model): bench.evidence(before, model) for model in models}
+            near = [model for model in models if worth[id(model)] > bench.evidence(before, more) - OPEN]
+            if not near:
+                continue
+            return [found.final, *sorted(near, key=lambda model: (model.names[-1] in still, -worth[id(model)]))]
+    return []
+
+
+def _in_place_of(bench: Workbench, before: Solved, more: Solved, guess: Screened) -> Solved:
+    """Another effect beside the rest, fitted from the coil as it is without either and as it is with the effect that was found."""
+    shape = to_unit(guess.shape, bench.effects[guess.name].shape).to(before.fit.theta)
+    starts = [torch.cat([one.fit.theta[: len(before.fit.theta)], shape]) for one in (before, more)]
+    return bench.solve((*before.names, guess.name), starts, before.likely.place, COARSE)
+
+
+def _close(found: Search, name: str) -> list[str]:
+    """Candidates of the round that added an effect whose evidence comes close to its own."""
+    for step in found.steps:
+        if step.chosen == name:
+            best = max(trial.evidence for trial in step.trials if trial.screened.name == name)
+            return [trial.screened.name for trial in step.trials if trial.refitted and trial.evidence > best - CLOSE and trial.screened.name != name]
+    return []

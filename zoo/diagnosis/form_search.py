@@ -1,0 +1,130 @@
+"""The simplest form that accounts for what nothing in the catalogue explains: tried on the bench like any candidate."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+from zoo.diagnosis.forms import EVEN, EVEN_BY_TEMPERATURE, POLYNOMIALS, REMEMBERED, Form, forms_of
+from zoo.diagnosis.free_functions import Axis, FreeFunction, functions_of
+from zoo.diagnosis.parameters import fitted_parameters
+from zoo.diagnosis.quantities import RATE, Quantity
+from zoo.diagnosis.screening import Screened, screen
+from zoo.diagnosis.workbench import Solved, Workbench
+from zoo.effects.base import Effect
+from zoo.fitting.parameters import Fitted
+from zoo.fitting.variable_projection import fit
+
+REFITTED = 3
+"""How many of the best forms are refitted together with the model."""
+SIMPLER = 5.0
+"""Log Bayes factor that a form may fall short of the best by and still be preferred for its simplicity."""
+
+LIKELY_FORMS = ((RATE, EVEN), (RATE, EVEN_BY_TEMPERATURE), (RATE, REMEMBERED))
+"""Refitted in any case: nothing in the catalogue is even in the rate, and what is bends the coil most."""
+
+
+@dataclass(frozen=True, eq=False)
+class Tried:
+    """A form beside the model.
+
+    Attributes:
+        quantity: what it depends on.
+        form: the family of columns.
+        effect: both as an effect.
+        screened: its best guess from projection.
+        solved: the model with it.
+        evidence: log Bayes factor over the model without it.
+        refitted: whether the nonlinear parameters were fitted again.
+    """
+
+    quantity: Quantity
+    form: Form
+    effect: Effect
+    screened: Screened
+    solved: Solved
+    evidence: float
+    refitted: bool = False
+
+    @property
+    def freedom(self) -> int:
+        """How many parameters it has."""
+        return len(self.effect.shape) + len(self.effect.amplitudes)
+
+    def parameters(self, unit: str) -> Fitted:
+        """Value, standard error and unit of each of its parameters."""
+        return fitted_parameters(self.solved, unit)[self.effect.name]
+
+
+class FormBench:
+    """Tries forms beside one model."""
+
+    def __init__(self, bench: Workbench, base: Solved) -> None:
+        """Keep the model.
+
+        Args:
+            bench: the runs.
+            base: the model that leaves something unexplained.
+        """
+        self.base = self.at = base
+        self.bench = Workbench(bench.runs, dict(bench.effects), bench.noise, bench.mixtures)
+        self.frees = functions_of(bench, base)
+        self._refitted: dict[str, Tried] = {}
+
+    def of(self, free: FreeFunction) -> list[Tried]:
+        """The forms that a free function may stand for, the likeliest first, nothing refitted."""
+        return sorted([self.glance(axis, form) for axis, form in self._forms_of(free)], key=lambda one: -one.evidence)
+
+    def _forms_of(self, free: FreeFunction) -> list[tuple[Axis, Form]]:
+        axes = {one.of: one.axis for one in self.frees}
+        return [(axes[quantity], form) for quantity, form in forms_of(free) if quantity in axes]
+
+    def glance(self, axis: Axis, form: Form) -> Tried:
+        """One form at its best shape, beside the model with nothing nonlinear refitted."""
+        effect = form.of(axis.of, (axis.low, axis.high))
+        self.bench.effects[effect.name] = effect
+        screened = screen(self.bench, self.at, [effect.name])[0]
+        solved = self.bench.peek(self.at, effect.name, screened.shape)
+        return Tried(axis.of, form, effect, screened, solved, self.bench.evidence(self.base, solved))
+
+    def refit(self, one: Tried) -> Tried:
+        """The same with everything refitted, from where it was glanced at or from elsewhere."""
+        if one.effect.name not in self._refitted:
+            self.bench.effects[one.effect.name] = one.effect
+            solved = self.bench.extend(self.at, one.effect.name, one.screened.shape, far=self.at is self.base)
+            known = Tried(one.quantity, one.form, one.effect, one.screened, solved, self.bench.evidence(self.base, solved), True)
+            self._refitted[one.effect.name] = known
+        return self._refitted[one.effect.name]
+
+    def best(self) -> Tried:
+        """The form that accounts best for the residual: the simplest of those that are about as likely, all refitted.
+
+        A model that lacks an effect bends its coil to make up for it, and at a bent coil the true form may explain little. So some forms are refitted
+        whatever they explain there; then the coil is put where the best of them has it, and all are looked at again.
+        """
+        axes = {axis.of: axis for axis in (free.axis for free in self.frees)}
+        often = [self.glance(axes[quantity], form) for quantity, form in LIKELY_FORMS if quantity in axes]
+        self._look_at(simplest([self.refit(one) for one in [*self._leading(), *often]]).solved)
+        best = simplest([*self._refitted.values(), *(self.refit(one) for one in self._leading())])
+        self._look_at(best.solved)
+        return replace(best, solved=self.bench.finish(best.solved))
+
+    def _leading(self) -> list[Tried]:
+        return sorted([one for free in self.frees for one in self.of(free)], key=lambda one: -one.evidence)[:REFITTED]
+
+    def _look_at(self, fuller: Solved) -> None:
+        """Put the model's coil and shapes where a fuller one has them."""
+        design = self.bench.design(self.base.names)
+        theta = fuller.fit.theta[: len(self.base.fit.theta)]
+        found = fit(design.plain_columns, design.target, theta, iterations=0, weigh=self.bench.whitener)
+        design.model.assign(found.theta, found.amplitudes)
+        self.at = Solved(self.base.names, design.model, design, found, self.bench.mixtures, fuller.likely.place)
+        self.frees = functions_of(self.bench, self.at)
+
+
+def simplest(tried: list[Tried]) -> Tried:
+    """The one with the fewest parameters among those that are about as likely as the likeliest; of equals the likelier.
+
+    A bent polynomial comes last: it says nothing beyond the range of the runs.
+    """
+    top = max(one.evidence for one in tried)
+    return min((one for one in tried if one.evidence > top - SIMPLER), key=lambda one: (one.freedom, one.form in POLYNOMIALS[1:], -one.evidence))

@@ -1,0 +1,148 @@
+"""What a residual may depend on: each quantity is a few lines on an effect's history, copied as they stand into the class that a user fills in.
+
+The functions take the place of a method, so `self` is a `Quantity` here and the user's effect there.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+import torch
+from torch import Tensor
+
+from zoo.diagnosis.workbench import Workbench
+from zoo.effects.base import History, Place
+from zoo.physics.lag import lagged
+
+FLAT = 1e-9
+"""A quantity that varies less is a constant."""
+
+
+def temperature(self: Any, history: History) -> Tensor:
+    """The place's temperature [°C]."""
+    return history.temperature
+
+
+def rate(self: Any, history: History) -> Tensor:
+    """The rate of the place's temperature [K/min]."""
+    return history.rate
+
+
+def size_of_rate(self: Any, history: History) -> Tensor:
+    """The size of that rate, heating and cooling alike [K/min]."""
+    return history.rate.abs()
+
+
+def lasting_rate(self: Any, history: History) -> Tensor:
+    """The size of that rate, remembered for half an hour [K/min]."""
+    return lagged(history.time, history.rate.abs(), torch.full_like(history.rate[..., 0], 1800.0))
+
+
+def bend(self: Any, history: History) -> Tensor:
+    """How the rate has changed within five minutes [K/min]."""
+    return history.rate - lagged(history.time, history.rate, torch.full_like(history.rate[..., 0], 300.0))
+
+
+def gradient(self: Any, history: History) -> Tensor:
+    """What drives heat into the coil [K]."""
+    return history.gradient
+
+
+def clock(self: Any, history: History) -> Tensor:
+    """Hours since the run's start [h]."""
+    return history.time / 3600
+
+
+def since_turn(self: Any, history: History) -> Tensor:
+    """Hours since heating turned into cooling or the other way round [h]; slower than 0.1 K/min is neither."""
+    number = torch.arange(history.time.numel(), device=history.time.device).expand(history.rate.shape)
+    moved = torch.where(history.rate.abs() > 0.1, number, 0).cummax(dim=-1).values
+    way = history.rate.sign().gather(-1, moved)
+    turned = torch.cat([torch.zeros_like(way[..., :1], dtype=torch.bool), way[..., 1:] != way[..., :-1]], dim=-1)
+    return (history.time - history.time[torch.where(turned, number, 0).cummax(dim=-1).values]) / 3600
+
+
+def highest_temperature(self: Any, history: History) -> Tensor:
+    """The highest temperature since the run's start [°C]."""
+    return torch.cummax(history.temperature, dim=-1).values
+
+
+def lowest_temperature(self: Any, history: History) -> Tensor:
+    """The lowest temperature since the run's start [°C]."""
+    return torch.cummin(history.temperature, dim=-1).values
+
+
+def true_input(self: Any, history: History) -> Tensor:
+    """The true input [output's unit]."""
+    return history.reference
+
+
+def recorded(self: Any, history: History) -> Tensor:
+    """A recorded column, in the file's unit."""
+    return history.inputs[self.needs[0]]
+
+
+@dataclass(frozen=True)
+class Quantity:
+    """Something that changes during a run.
+
+    Attributes:
+        words: what it is called in a sentence.
+        symbol: what it is called in a formula.
+        unit: as usually written; ``"unit"`` is the output's.
+        of: (..., T) its values, as a method of an effect.
+        signed: whether its zero means something, so that the residual may be even or odd in it.
+        place: where it is looked at.
+        needs: recorded columns without which there is none.
+    """
+
+    words: str
+    symbol: str
+    unit: str
+    of: Callable[[Any, History], Tensor]
+    signed: bool = False
+    place: Place = "coil"
+    needs: tuple[str, ...] = ()
+
+    @property
+    def key(self) -> str:
+        """An identifier."""
+        return "_".join([self.place, self.of.__name__, *self.needs])
+
+
+TEMPERATURE = Quantity("the coil's temperature", "T", "°C", temperature)
+SIZE = Quantity("the size of the temperature rate, not its sign", "|dT/dt|", "K/min", size_of_rate)
+RATE = Quantity("the coil's temperature rate", "dT/dt", "K/min", rate, signed=True)
+CLOCK = Quantity("the time since the run's start", "t", "h", clock)
+OUTER_RATE = Quantity("the outer thermometer's rate", "dT_outer/dt", "K/min", rate, signed=True, place="housing")
+LASTING = Quantity("the size of the temperature rate of the last half hour", "lag(|dT/dt|)", "K/min", lasting_rate)
+AT_THE_COIL = (
+    TEMPERATURE,
+    SIZE,
+    RATE,
+    CLOCK,
+    Quantity("the highest temperature so far", "max T", "°C", highest_temperature),
+    Quantity("the lowest temperature so far", "min T", "°C", lowest_temperature),
+    LASTING,
+    Quantity("the change of the temperature rate", "Δ(dT/dt)", "K/min", bend, signed=True),
+    Quantity("the time since heating and cooling last changed places", "t_turn", "h", since_turn),
+    Quantity("the true input", "Ω", "unit", true_input, signed=True),
+)
+"""The simplest first: of those that explain about as much, this order decides."""
+
+
+def quantities(bench: Workbench) -> list[Quantity]:
+    """What the runs allow to look at, the simplest first; constants included."""
+    several = len(bench.runs[0].thermometers) > 1
+    between = "between the thermometers" if several else "between thermometer and coil"
+    difference = Quantity(f"the temperature difference {between}", "ΔT", "K", gradient, signed=True)
+    asides = {name for name in bench.inputs if name.startswith("temperature_")} | {bench.inputs[0], bench.inputs[-1]}
+    columns = [Quantity(f"the column {name}", name, _unit_of(name), recorded, needs=(name,)) for name in bench.inputs if name not in asides]
+    return [*AT_THE_COIL, difference, *([OUTER_RATE] if several else []), *columns]
+
+
+def _unit_of(column: str) -> str:
+    """The unit in a column's name, as far as it is one of those that effects use."""
+    return {"v": "V", "ut": "µT", "pct": "%", "kpa": "kPa"}.get(column.rsplit("_", 1)[-1], "")

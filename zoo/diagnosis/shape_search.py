@@ -1,0 +1,70 @@
+"""Where in the space of its shapes an effect explains most: its grid, then ever closer around the best."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from torch import Tensor
+
+from zoo.effects.base import Effect, History
+from zoo.fitting.design import Design
+from zoo.fitting.projection import complement, orthonormal, project
+from zoo.scoring.noise import Whitener
+
+STAGES = 3
+"""How often at most the surroundings of the best shape are looked through."""
+
+
+@dataclass(frozen=True, eq=False)
+class Beside:
+    """What an effect is tried beside.
+
+    Attributes:
+        design: the runs.
+        places: histories at one coil.
+        basis: (N, R) orthonormal, what is explained already.
+        residual: (N,) what is left.
+        whitener: by which both were whitened.
+        span_s: length of the longest run [s].
+    """
+
+    design: Design
+    places: list[dict[str, History]]
+    basis: Tensor
+    residual: Tensor
+    whitener: Whitener
+    span_s: float
+
+    @classmethod
+    def whitened(cls, design: Design, theta: Tensor, columns: Tensor, span_s: float) -> Beside:
+        """Beside some columns (N, K) that the design whitened, at one θ (P,)."""
+        basis = orthonormal(columns)
+        return cls(design, design.histories(theta), basis, complement(design.target.unsqueeze(-1), basis).squeeze(-1), design.whitener, span_s)
+
+    @classmethod
+    def under(cls, design: Design, theta: Tensor, columns: Tensor, whitener: Whitener, span_s: float) -> Beside:
+        """Beside some columns (N, K), not whitened yet, under another noise."""
+        basis, target = orthonormal(whitener(columns)), whitener(design.error.unsqueeze(-1))
+        return cls(design, design.histories(theta), basis, complement(target, basis).squeeze(-1), whitener, span_s)
+
+    def best(self, effect: Effect, shapes: Tensor) -> tuple[float, Tensor]:
+        """χ² that the best of some shapes (G, S) leaves, and that shape (S,)."""
+        columns = complement(self.design.effect_columns(effect, self.places, shapes, self.whitener), self.basis)
+        cost, best = project(columns, self.residual).cost.min(dim=0)
+        return float(cost), shapes[best]
+
+    def closer(self, effect: Effect, cost: float, shape: Tensor) -> tuple[float, Tensor]:
+        """The same from the surroundings of a shape, as long as that helps."""
+        for _ in range(STAGES):
+            near = effect.shapes_near(shape, self.span_s)
+            if len(near) < 2:
+                break
+            found, where = self.best(effect, near)
+            if found >= cost - 1e-6 * abs(cost):
+                break
+            cost, shape = found, where
+        return cost, shape
+
+    def searched(self, effect: Effect, shapes: Tensor) -> tuple[float, Tensor]:
+        """The best of some shapes, and closer."""
+        return self.closer(effect, *self.best(effect, shapes))

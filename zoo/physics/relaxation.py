@@ -1,0 +1,78 @@
+"""Relaxation whose speed changes with the temperature: stress in a potting, moisture in a winding."""
+
+from __future__ import annotations
+
+import torch
+from torch import Tensor
+
+from zoo.physics.exponential import exponential_weights
+from zoo.physics.materials import REFERENCE_K, ZERO_C_IN_K
+from zoo.physics.recurrence import affine
+
+GAS_J_PER_MOL_K = 8.314462618
+COLDEST_K = 100.0
+"""Below this an Arrhenius factor is taken to stay as it is: a rate of nothing either way, and finite whatever a thermometer says."""
+
+
+def arrhenius(temperature: Tensor, energy: Tensor) -> Tensor:
+    """How much faster than at 20 °C a thermally activated process goes, exp(E/R·(1/T20 − 1/T)).
+
+    Args:
+        temperature: (..., T) [°C].
+        energy: (..., 1) activation energy E [J/mol].
+
+    Returns:
+        (..., T), 1 at 20 °C.
+    """
+    kelvin = (temperature + ZERO_C_IN_K).clamp_min(COLDEST_K)
+    return torch.exp(energy / GAS_J_PER_MOL_K * (1.0 / REFERENCE_K - 1.0 / kelvin))
+
+
+def shifted(temperature: Tensor, decades: Tensor) -> Tensor:
+    """How much faster than at 20 °C a polymer relaxes, 10^(k·(T − 20 °C)/100 K): the tangent at 20 °C of the shift of Williams, Landel & Ferry.
+
+    Their C1·(T − Tr)/(C2 + T − Tr) has a pole where the polymer freezes; its tangent has none, and is one number instead of three.
+
+    Args:
+        temperature: (..., T) [°C].
+        decades: (..., 1) k, in a hundred kelvins.
+
+    Returns:
+        (..., T), 1 at 20 °C.
+    """
+    return torch.pow(10.0, decades * (temperature + ZERO_C_IN_K - REFERENCE_K) / 100.0)
+
+
+def elapsed(time: Tensor, speed: Tensor) -> Tensor:
+    """Time as a process of this speed counts it, ∫ speed dt from the first sample, by the trapezoidal rule.
+
+    Args:
+        time: (T,) strictly increasing, any unit.
+        speed: (..., T), any unit.
+
+    Returns:
+        (..., T), 0 at first.
+    """
+    return torch.nn.functional.pad(torch.cumulative_trapezoid(speed, time, dim=-1), (1, 0))
+
+
+def maxwell(time: Tensor, drive: Tensor, speed: Tensor) -> Tensor:
+    """Stress of a Maxwell branch of unit stiffness, ds/dt = du/dt − v(t)·s from s = 0.
+
+    In the branch's own time ∫v dt this is a lag of 1 behind (du/dt)/v. With x = ∫v dt over a step (trapezoidal rule) and a drive linear in time:
+    s[k] = e^(−x)·s[k−1] + (φ1 + (v[k] − v[k−1])/(v[k] + v[k−1])·(φ1 − 2φ2))·(u[k] − u[k−1]). Exact at a constant speed; of second order in the
+    change of ln v within a step otherwise, however fast it relaxes.
+
+    Args:
+        time: (T,) strictly increasing [s].
+        drive: (..., T) u, any unit.
+        speed: (..., T) v, one over the time constant [1/s].
+
+    Returns:
+        (..., T) s in the drive's unit.
+    """
+    twice = speed[..., 1:] + speed[..., :-1]
+    decay, phi_1, phi_2 = exponential_weights(0.5 * torch.diff(time) * twice)
+    tilt = torch.diff(speed) / twice.clamp_min(1e-300)
+    added = (phi_1 + tilt * (phi_1 - 2.0 * phi_2)) * torch.diff(drive)
+    return torch.nn.functional.pad(affine(decay, added, torch.zeros_like(added[..., 0])), (1, 0))

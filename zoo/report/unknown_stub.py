@@ -1,0 +1,160 @@
+"""A class to start from for an effect that nothing in the catalogue is, as Python source and YAML, and what to type to use it."""
+
+from __future__ import annotations
+
+import inspect
+import json
+import re
+import shlex
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from zoo.artifacts import write_text
+from zoo.diagnosis import forms, quantities
+from zoo.report.verdict import Record
+from zoo.report.wording import joined, significant
+
+NAME = "unexplained"
+SEARCHPATH = "hydra.searchpath="
+WIDTH = 140
+"""Longest line of the source."""
+
+
+@dataclass(frozen=True)
+class Stub:
+    """What to write, and where below a folder.
+
+    Attributes:
+        source: of `unexplained.py`.
+        yaml: of `conf/effects/unexplained.yaml`.
+    """
+
+    source: str
+    yaml: str
+
+    def commands(self, folder: str | Path, refine: Sequence[str] = ("fogzoo", "refine")) -> list[str]:
+        """What to type to refit with the class as it stands.
+
+        Args:
+            folder: where the files were written.
+            refine: the words of the command, with the settings of the diagnosis; a search path among them is kept, and with it Python's.
+        """
+        place = Path(folder).resolve()
+        given = [word.removeprefix(SEARCHPATH).strip("[]") for word in refine if word.startswith(SEARCHPATH)]
+        folders = ",".join([*given, f"file://{place / 'conf'}"])
+        typed = [*refine[:2], f"add={NAME}", *(word for word in refine[2:] if not word.startswith(SEARCHPATH)), f"{SEARCHPATH}[{folders}]"]
+        return [f"export PYTHONPATH={shlex.quote(str(place))}{':$PYTHONPATH' if given else ''}", shlex.join(typed)]
+
+
+def stub_of(diagnosis: Record) -> Stub | None:
+    """The class for what a diagnosis could not explain; None where it describes no form.
+
+    Args:
+        diagnosis: its `unexplained_form` names functions of `zoo.diagnosis.forms` and `quantities`, whose source is copied: what is written is
+            what was tried.
+    """
+    form = diagnosis.get("unexplained_form")
+    return Stub(_source(form, diagnosis), f"{NAME}:\n  _target_: {NAME}.Unexplained\n") if form else None
+
+
+def write_stub(diagnosis: Record, folder: str | Path) -> Path | None:
+    """Write `unexplained.py` and `conf/effects/unexplained.yaml`; returns the former's path, None where there is nothing to write.
+
+    Args:
+        diagnosis: see `stub_of`.
+        folder: of the report.
+    """
+    stub = stub_of(diagnosis)
+    if stub is None:
+        return None
+    write_text(Path(folder) / "conf" / "effects" / f"{NAME}.yaml", stub.yaml)
+    return write_text(Path(folder) / f"{NAME}.py", stub.source)
+
+
+def stub_line(path: Path) -> str:
+    """The line for the terminal."""
+    return f"a class to start from: {path}"
+
+
+def _source(form: Record, diagnosis: Record) -> str:
+    methods = [_method(getattr(forms, form["columns"]), "columns"), _method(getattr(quantities, form["quantity"]), "quantity")]
+    body = "\n\n".join(methods)
+    imports = ["import torch"] if "torch." in body else []
+    imports += ["from torch import Tensor", "", "from zoo.effects.base import Effect, History, Parameter" + (", spread" if "spread(" in body else "")]
+    imports += ["from zoo.physics.lag import lagged"] if "lagged(" in body else []
+    lines = [
+        '"""An effect that is in no catalogue yet."""',
+        "",
+        *imports,
+        "",
+        "",
+        "class Unexplained(Effect):",
+        *_docstring(form, diagnosis),
+        "",
+        f'    name = "{NAME}"',
+        f'    place = "{form["place"]}"',
+        *([f"    needs = ({', '.join(map(_quoted, form['needs']))},)"] if form["needs"] else []),
+        *_parameters("shape", form["shape"]),
+        *_parameters("amplitudes", form["amplitudes"]),
+        f"    formula = {_quoted(form['formula'])}",
+        f"    source = {_quoted('found by fogzoo diagnose in ' + joined(form['runs']))}",
+        f"    signature = {_quoted(form['words'])}",
+        *([f"    low, high = {form['range'][0]!r}, {form['range'][1]!r}"] if "self.low" in body else []),
+        "",
+    ]
+    return "\n".join([*lines, body, ""])
+
+
+def _docstring(form: Record, diagnosis: Record) -> list[str]:
+    """What was found, and what is left to do."""
+    now, after = (f"{significant(value)} {diagnosis.get('unit')}" for value in (diagnosis.get("rms"), form["rms"]))
+    if form["todo"]:
+        told = ["TODO: nothing smooth explains the residual; the columns below are only an example of how they are written."]
+    else:
+        told = [
+            f"With it the RMS falls from {now} to {after}.",
+            "TODO: say what makes it, give it a name, and narrow the bounds to what is physical.",
+        ]
+    return [f'    """Error {form["formula"]}, x = {form["depends_on"]}.'.replace(", x =", ", with"), "", *_wrapped([form["words"], *told]), '    """']
+
+
+def _wrapped(sentences: list[str]) -> list[str]:
+    """Lines of text, indented, no longer than the house allows."""
+    lines: list[str] = []
+    for sentence in sentences:
+        line = "   "
+        for word in sentence.split():
+            if len(line) + len(word) + 1 > WIDTH:
+                lines.append(line)
+                line = "   "
+            line += f" {word}"
+        lines.append(line)
+    return lines
+
+
+def _parameters(kind: str, declared: list[dict[str, Any]]) -> list[str]:
+    """A tuple of declarations, one a line."""
+    if not declared:
+        return []
+    return [f"    {kind} = (", *(f"        {_parameter(one)}," for one in declared), "    )"]
+
+
+def _parameter(one: dict[str, Any]) -> str:
+    scale = [] if one["scale"] == "linear" else [_quoted(one["scale"])]
+    more = [f"{key}={_quoted(one[key])}" for key in ("source", "meaning") if one[key]]
+    grid = [f"grid={one['grid']}"] if one["scale"] != "linear" else []
+    first = [_quoted(one["name"]), repr(one["default"]), _quoted(one["unit"]), repr(one["low"]), repr(one["high"])]
+    return f"Parameter({', '.join([*first, *scale, *more, *grid])})"
+
+
+def _quoted(text: str) -> str:
+    """A string as source text."""
+    return json.dumps(text, ensure_ascii=False)
+
+
+def _method(function: Callable[..., Any], name: str) -> str:
+    """A function's source as a method of another name."""
+    text = re.sub(r"^def \w+\(self: Any", f"def {name}(self", inspect.getsource(function))
+    return "\n".join(f"    {line}".rstrip() for line in text.rstrip().split("\n"))
