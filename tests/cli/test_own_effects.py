@@ -12,7 +12,7 @@ from omegaconf import OmegaConf
 
 from zoo.catalog import build, names
 from zoo.cli import application
-from zoo.cli.effects import next_commands
+from zoo.cli.next_commands import next_commands
 from zoo.effects.checks import check_effect
 
 CLASS = """

@@ -128,7 +128,7 @@ def test_the_absolute_test_does_not_rest_on_the_colour_of_the_noise_alone(diagno
 
 def test_an_effect_is_distinguishable_from_what_looks_different(diagnosis) -> None:
     found = diagnosis("bias_step")
-    bench, base, final = found.bench, found.search.base, found.search.final
+    bench, final = found.bench, found.search.final
     assert indistinguishable(bench, final, "bias_step", ["magnetic", "supply_voltage", "bias_step", "polarization"]) == []
 
 
@@ -136,7 +136,7 @@ def test_an_effect_is_distinguishable_from_what_looks_different(diagnosis) -> No
 def test_an_effect_is_indistinguishable_from_its_own_double(diagnosis, monkeypatch, name) -> None:
     """Decided from the columns at hand, not from a list: another effect with the very same columns must be reported, wherever its shape lies."""
     found = diagnosis(name, 1, 12.0 if name == "hysteresis" else 3.5)
-    bench, base, final = found.bench, found.search.base, found.search.final
+    bench, final = found.bench, found.search.final
     assert final.names[-1] == name
     monkeypatch.setitem(bench.effects, "double", bench.effects[name])
     assert "double" in indistinguishable(bench, final, name, ["double"])

@@ -110,6 +110,8 @@ def test_references_between_elements_hold(page: str) -> None:
 def test_hostile_names_are_only_text(diagnosis: Record, traces: list[Trace]) -> None:
     evil = '<script>alert("1")</script> & $x^2$ {{ 7 * 7 }}'
     diagnosis.update(runs=[evil], notes=[evil], effects=[evil], missing=[evil], not_tried={evil: [evil]}, undetermined=[evil])
+    diagnosis["posterior"] = [{"hypothesis": "missing", "effects": [evil], "probability": 0.5}]
+    diagnosis["next_experiment"] = {"separates": [evil], "why": evil, "name": evil, "command": evil, "alternatives": [{"name": evil}]}
     diagnosis["candidates"][0].update(effect=evil, formula=evil, indistinguishable_from=[evil], parameters={evil: {"value": 1.0, "unit": evil}})
     diagnosis["where"][0].update(run=evil)
     page = render(diagnosis, [replace(traces[0], run=evil)], None, [evil])
@@ -267,6 +269,34 @@ def test_the_next_experiment(diagnosis: Record, traces: list[Trace]) -> None:
     assert 'id="experiment"' in page
     assert "Separates mohr and sensor_lag. a fast ramp" in visible(page)
     assert "Chamber program of 2 legs" in page
+
+
+def test_the_next_experiment_with_what_it_would_show(diagnosis: Record, traces: list[Trace]) -> None:
+    curves = {"compared": ["mohr", "aging"], "time_s": [0.0, 600.0], "temperature_c": [20.0, 30.0], "reference": [0.0, 0.0], "difference": [0.0, 0.1]}
+    found = {"separates": ["mohr", "aging"], "name": "a cycle", "input": "power_on", "command": "fogzoo simulate hidden=mohr", "prediction": curves}
+    diagnosis["next_experiment"] = {**found, "profile": {"legs": [[20, 30, 600]]}, "alternatives": [{"name": "a rest"}]}
+    page = render(diagnosis, traces[:1])
+    text = visible(page)
+    assert "Output if it is mohr, less aging refitted [°/h]" in text
+    assert "Needs, besides a chamber a soak without power before it Alternative 1 a rest" in text
+    assert 'data-copy="fogzoo simulate hidden=mohr"' in page
+    assert "Chamber program of" not in page
+
+
+def test_how_probable_each_hypothesis_is(diagnosis: Record, traces: list[Trace]) -> None:
+    sets = [("missing", ["hysteresis"], 0.83), ("complete", [], 0.12), ("unknown", [], 0.03), ("missing", ["aging", "hysteresis"], 0.003)]
+    diagnosis["posterior"] = [{"hypothesis": kind, "effects": names, "probability": chance} for kind, names, chance in sets]
+    page = render(diagnosis, traces[:1])
+    assert "hysteresis verdict probability 83 % nothing probability 12 % something unknown probability 3 % All others together: 2 %." in visible(page)
+    assert '<i style="--p: 83.0%"></i>' in page
+    assert 'id="probable"' not in render({**diagnosis, "posterior": None}, traces[:1])
+
+
+def test_samples_and_noise(diagnosis: Record, traces: list[Trace]) -> None:
+    diagnosis.update(effective_samples=412.4, noise={"white": 0.0079, "flicker": 0.0021, "walk": 0.0})
+    text = visible(render(diagnosis, traces[:1]))
+    assert "Blocks 1296, worth 412 independent ones Noise white 0.0079 °/h, flicker B 0.0021 °/h" in text
+    assert "random walk" not in text.split("What was read")[1]
 
 
 @pytest.mark.parametrize("keys", ["all", "some"])

@@ -53,6 +53,29 @@ def test_an_empty_diagnosis(diagnosis: Record) -> None:
     assert "None" not in text
 
 
+def test_alternatives_where_the_first_is_in_doubt(diagnosis: Record) -> None:
+    doubt = [("missing", ["hysteresis"], 0.55), ("missing", ["aging", "hysteresis"], 0.3), ("complete", [], 0.1), ("unknown", [], 0.04)]
+    diagnosis["posterior"] = [{"hypothesis": kind, "effects": names, "probability": chance} for kind, names, chance in doubt]
+    text = " ".join(printed(diagnosis).split())
+    assert "missing: hysteresis 55 %; hysteresis and aging 30 %; nothing 10 %; something unknown 4 %" in text
+    diagnosis["posterior"][0]["probability"] = 0.95
+    assert "missing: hysteresis" not in printed(diagnosis)
+
+
+@pytest.mark.parametrize("width", [50, 80])
+def test_the_next_experiment_and_how_to_try_it(diagnosis: Record, width: int) -> None:
+    command = f"fogzoo simulate hidden=aging 'profile.legs=[{','.join(['[20,60,3600]'] * 20)}]'"
+    found: Record = {"separates": ["aging", "warm_up"], "name": "a day of rest", "duration_s": 86400.0, "expected_evidence": 12.0, "command": command}
+    text = printed({**diagnosis, "next_experiment": found}, width)
+    assert "next experiment, to separate aging and warm_up: a day of rest (24.0 h, log Bayes factor 12)" in " ".join(text.split())
+    assert [line for line in text.splitlines() if len(line) > width] == [f"  {COMMAND}", f"  {command}"]
+    assert "next experiment" not in printed(diagnosis, width)
+    found["command"] = command * 10
+    text = " ".join(printed({**diagnosis, "next_experiment": found}, width).split())
+    assert "log Bayes factor 12); the command that tries it stands in the report" in text
+    assert "fogzoo simulate" not in text
+
+
 LONG = ["aging", "bias_step", "polarization", "rate_temperature_coupling", "sensor_lag", "warm_up"]
 
 

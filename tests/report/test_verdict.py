@@ -122,3 +122,40 @@ def test_what_was_never_added_cannot_fail_to_be_borne_out() -> None:
     assert words({}, refined([0.2], noise_floor=0.02)) == "Incomplete. What is left is not noise."
     assert "nothing in the catalogue" in words({"verdict": "unknown"}, refined([0.2], noise_floor=0.02))
     assert "Not borne out as it stands" in words({}, refined([0.2], noise_floor=0.09))
+
+
+WORDS = "It grows with the size of the rate (exponent 2.0 ± 0.1)."
+
+
+def test_what_nothing_explains_is_said_in_the_diagnosis_own_words() -> None:
+    found: Record = {"verdict": "unknown", "unexplained_words": WORDS, "unexplained": [{"depends_on": "time", "explains": 0.5}]}
+    text = words(found)
+    assert text.endswith("no known effect makes it so. It grows with the size of the rate (exponent 2.0\u00a0±\u00a00.1).")
+    assert "free smooth function" not in text
+
+
+def test_of_which_residual_it_is_said() -> None:
+    found: Record = {"verdict": "unknown", "unexplained_words": WORDS, "missing": ["aging"]}
+    assert "not noise. What the model leaves as it stands: it grows with" in words(found)
+    rungs = [{"added": None, "effects": [], "rms": 9.0}, {"added": "aging", "effects": [], "rms": 5.0}]
+    assert "What was unexplained before: it grows with" in words(found, {"verdict": "unknown", "ladder": rungs})
+
+
+def proposed(twins: list[str], separates: list[str], **more: object) -> str:
+    entry = {"effect": "aging", "indistinguishable_from": twins}
+    experiment = {"separates": separates, **more}
+    return words({"verdict": "missing", "missing": ["aging"], "candidates": [entry], "next_experiment": experiment})
+
+
+def test_what_to_do_where_a_class_is_open() -> None:
+    assert "cannot tell aging from warm_up: the next experiment below would." in proposed(["warm_up"], ["aging", "warm_up"])
+    assert "the next experiment below would help." in proposed(["warm_up"], ["aging", "warm_up"], enough=False)
+    some = proposed(["warm_up", "moisture"], ["aging", "warm_up", "moisture"], not_separated=[["moisture", "aging"]])
+    assert "from warm_up or moisture: the next experiment below would tell it from warm_up; else compare each on a check run." in some
+    assert "cannot tell aging from warm_up: compare both on a check run." in proposed(["warm_up"], ["mohr", "shupe"])
+
+
+def test_what_the_next_experiment_is_for_where_no_twin_was_named() -> None:
+    assert "It might yet be warm_up in the place of aging: see the next experiment below." in proposed([], ["aging", "warm_up"])
+    assert "might" not in proposed([], ["mohr", "shupe"])
+    assert "might" not in proposed(["warm_up"], ["aging", "warm_up"])

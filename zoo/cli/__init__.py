@@ -11,7 +11,7 @@ from zoo.cli.interrupts import leaving_at_once
 USAGE = """fogzoo: the thermal drift of fibre-optic gyroscopes
 
   fogzoo simulate    chamber runs of a simulated gyro, with the truth beside them
-  fogzoo diagnose    how far the model is from measurements, where it fails, which effect is missing
+  fogzoo diagnose    how far the model is from measurements, where it fails, which effect is missing, what to measure next
   fogzoo refine      add effects (add=NAME | add=auto), refit, watch the error fall
   fogzoo train       fit a model of the zoo (-m sweeps models and seeds)
   fogzoo compare     trained models side by side, by run and stage

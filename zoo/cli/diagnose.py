@@ -39,9 +39,10 @@ def run(config: DictConfig, out: Path) -> Path:
         from zoo.report.tensorboard import write_events
         from zoo.report.terminal import print_diagnosis
 
-        base, final = asked.as_given or found.search.base.model.cpu(), found.search.final.model.cpu()
-        refined = final if found.search.missing else None
-        drawn = [*traces([run.to("cpu") for run in found.bench.runs], "fit", base, refined), *traces(check_runs, "check", base, refined)]
+        first, last = found.search.base, found.search.final
+        base, refined = asked.as_given or first.model.cpu(), last.model.cpu() if found.search.missing else None
+        fitted, left = [run.to("cpu") for run in found.bench.runs], None if asked.as_given else first.residual
+        drawn = [*traces(fitted, "fit", base, refined, left, last.residual), *traces(check_runs, "check", base, refined)]
         stub = write_stub(found.record, out)
         commands = [*next_commands(found.search.missing), *stub_commands(found.record, out)]
         write_report(out / "report.html", found.record, drawn, commands=commands, refine=refine_words())

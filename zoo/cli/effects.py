@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import shlex
 from pathlib import Path
 from typing import Any
 
@@ -106,21 +105,3 @@ def named(key: str, given: Any, word: str) -> list[str]:
     if not OmegaConf.is_list(given):
         raise InputError(f"{key}={'null' if given is None else given}: {word}, an effect's name or a list of names is needed")
     return [str(name) for name in given]
-
-
-def next_commands(missing: list[str]) -> list[str]:
-    """What to type after a diagnosis: the settings as they were typed, whichever they are, with the missing effects to add."""
-    if not missing:
-        return []
-    typed = [one for one in HydraConfig.get().overrides.task if not one.startswith("add=")]
-    folders = ",".join(f"file://{folder}" for folder in searchpath())
-    where = [f"hydra.searchpath=[{folders}]"] if folders else []
-    return [shlex.join(["fogzoo", "refine", f"add=[{','.join(missing)}]", *typed, *where])]
-
-
-def compare_command(folder: Path) -> str:
-    """What to type to see a refined model by stage: on the check runs where there are any, read as they were."""
-    typed = {one.partition("=")[0]: one.partition("=")[2] for one in HydraConfig.get().overrides.task if one.lstrip("+").startswith("data")}
-    files = typed.pop("data.check_files", None) or typed.get("data.files")
-    kept = {key: value for key, value in typed.items() if key not in {"data.files", "data.holdout"}}
-    return shlex.join(["fogzoo", "compare", f"runs=[{folder}]", *([f"data.files={files}"] if files else []), *(f"{key}={kept[key]}" for key in kept)])

@@ -17,6 +17,7 @@ from zoo.cli.inputs import read_data
 from zoo.cli.next_commands import compare_command, next_commands, refine_words, stub_commands
 from zoo.diagnosis.refine import Refinement
 from zoo.models.base import Model
+from zoo.models.graybox import GrayBox
 from zoo.models.prediction import usable_device
 from zoo.report.unknown_stub import stub_line, write_stub
 from zoo.training.threads import threads_for
@@ -74,6 +75,9 @@ def _report(out: Path, record: dict[str, Any], found: Refinement, models: list[M
     from zoo.report.tensorboard import write_events
 
     base, refined = models[0], models[-1] if len(models) > 1 else None
-    drawn = [*traces([run.to("cpu") for run in found.solutions[0].design.runs], "fit", base, refined), *traces(check_runs, "check", base, refined)]
+    fitted = [run.to("cpu") for run in found.solutions[0].design.runs]
+    # A network was trained anew on each rung: its residual is no longer that of the linear fit.
+    left = [found.solutions[i].residual if isinstance(models[i], GrayBox) else None for i in (0, -1)]
+    drawn = [*traces(fitted, "fit", base, refined, *left), *traces(check_runs, "check", base, refined)]
     write_report(out / "report.html", record, drawn, found.record, refine=refine_words())
     write_events(out / "tensorboard", record, drawn, found.record)

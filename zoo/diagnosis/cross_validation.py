@@ -8,13 +8,14 @@ from torch import Tensor
 from zoo.diagnosis.workbench import Solved, Workbench
 from zoo.fitting.projection import project
 
-SEGMENTS = 8
-"""Consecutive pieces that are left out one at a time. Fewer and longer ones ask for more: neighbours of a short piece give its misfit away."""
+SEGMENTS, OF_A_RUN = 8, 3
+"""Consecutive pieces that are left out one at a time, and how many of one run at least, so that every run keeps most of its blocks. Fewer and longer
+ones ask for more: neighbours of a short piece give its misfit away."""
 
 
 def segment_cost(bench: Workbench, solved: Solved) -> float:
     """Sum of squared whitened errors on pieces of the runs, each predicted with amplitudes from all the others."""
-    return float(_left_out(solved.fit.columns, solved.design.target, _folds(bench.blocks)).square().sum())
+    return float(_left_out(solved.fit.columns, solved.design.target, _folds(bench)).square().sum())
 
 
 def rms_by_run(bench: Workbench, solved: Solved) -> float:
@@ -23,12 +24,14 @@ def rms_by_run(bench: Workbench, solved: Solved) -> float:
     The nonlinear parameters stay as fitted to all runs.
     """
     sizes = [run.blocks for run in bench.runs]
-    parts = list(torch.arange(bench.blocks).split(sizes)) if len(sizes) > 1 else _folds(bench.blocks)
+    parts = list(torch.arange(bench.blocks).split(sizes)) if len(sizes) > 1 else _folds(bench)
     return float(_left_out(solved.plain_columns, solved.design.error, parts).square().mean().sqrt())
 
 
-def _folds(blocks: int) -> list[Tensor]:
-    return list(torch.arange(blocks).split(-(-blocks // SEGMENTS)))
+def _folds(bench: Workbench) -> list[Tensor]:
+    count = max(OF_A_RUN, -(-SEGMENTS // len(bench.runs)))
+    runs = torch.arange(bench.blocks).split([run.blocks for run in bench.runs])
+    return [piece for run in runs for piece in run.tensor_split(count) if len(piece)]
 
 
 def _left_out(columns: Tensor, target: Tensor, parts: list[Tensor]) -> Tensor:

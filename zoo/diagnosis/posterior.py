@@ -11,9 +11,9 @@ from zoo.diagnosis.search import ACCEPT, Search, Trial
 from zoo.diagnosis.structure import Structure
 from zoo.diagnosis.workbench import Workbench
 
-TEMPER = 0.5
+TEMPER = 0.3
 """Share of a log Bayes factor that is believed: formulas are not nature's, so that evidence for one against another is part misfit."""
-STEEPNESS = 6.0
+STEEPNESS = 1.5
 """How fast the probability of an unknown effect rises with the logarithm of the strain; both from benchmarks/hidden.py."""
 
 

@@ -10,23 +10,24 @@ import torch
 
 from zoo.diagnosis.cross_validation import segment_cost
 from zoo.diagnosis.screening import Screened, screen
-from zoo.diagnosis.workbench import FAR, Solved, Workbench
+from zoo.diagnosis.structure import examine
+from zoo.diagnosis.workbench import FAR, QUIET, Solved, Workbench
 from zoo.scoring.noise import white_level
 
 ACCEPT = 5.0
 """Log Bayes factor that an effect must reach over the model without it, on top of the logarithm of the number of candidates (150 : 1)."""
 HOPELESS = -8.0
 """A candidate whose projected evidence is below this is not refitted."""
-OVERWHELMING = 25.0
+OVERWHELMING = 40.0
 """Log Bayes factor that needs no further argument."""
 MOPPING_UP = 0.03
 """Share of the variance explained so far below which an addition is taken for a correction to it (17 % in amplitude)."""
+MINOR = 0.15
+"""Share of the evidence of all added effects below which one of them may be a correction to the others."""
 MATERIAL = 0.1
 """Share of the variance above the white noise that an addition must take away."""
 HELPS = 0.3
 """Share of the variance that an addition must take away to be named where the rest stays unexplained (16 % in RMS)."""
-QUIET = 0.7
-"""Ratio of a residual's RMS to the white noise below which there is nothing left to explain."""
 SURE = 3
 """Parameters that a candidate is charged for before anybody knows which of its amplitudes the runs call for."""
 GLANCED = 6
@@ -36,7 +37,7 @@ FAR_BEHIND = 0.2
 REFITS, LOOKED_FAR = 3, 2
 """How many of the best candidates are refitted, and for how many of these the coil is looked for elsewhere as well."""
 MOST_ADDED = 3
-PASSES = 3
+PASSES, PAIRED = 3, 2
 WITHIN = 15.0
 """How much less evidence than an effect that was added another may have at a glance to be refitted in its place."""
 PREFERRED = 1.0
@@ -120,7 +121,36 @@ def search(bench: Workbench, base: Solved, candidates: list[str], progress: Call
         _forward(bench, found, candidates, progress)
         if found.final.rms > FAR * bench.mixtures.white or not _exchange(bench, found, candidates, progress):
             break
+    if len(found.missing) < 2 and not examine(bench, found.final, base).is_noise:
+        _pair(bench, found, candidates, progress)
     return found
+
+
+def _pair(bench: Workbench, found: Search, candidates: list[str], progress: Callable[[str], None]) -> None:
+    """Two effects at once, where one at a time leads nowhere: each alone may explain too little while the other is missing.
+
+    The likeliest of the first round are each tried with a second one beside them; two are taken if they leave noise.
+    """
+    for single in _singles(found):
+        assert single.solved is not None
+        step = _round(bench, single.solved, [name for name in candidates if name not in single.solved.names], progress)
+        found.steps.append(step)
+        best = step.trials[0]
+        price = 2 * (ACCEPT + math.log(max(len(step.trials), 1)))
+        if best.solved is None or not best.refitted or best.evidence < ACCEPT or single.evidence + best.evidence < price:
+            continue
+        both = _prune(bench, _finished(bench, found.base, best.solved), found.base)
+        if len(both.names) == len(best.solved.names) and examine(bench, both, found.base).is_noise:
+            step.chosen = best.screened.name
+            found.keep(both)
+            return
+
+
+def _singles(found: Search) -> list[Trial]:
+    """Effects of the first round to try another one beside, which was not done yet."""
+    tried = {step.before.names for step in found.steps}
+    refitted = [trial for trial in found.steps[0].trials if trial.refitted and trial.solved is not None and trial.evidence > 0]
+    return [trial for trial in refitted if trial.solved is not None and trial.solved.names not in tried][:PAIRED]
 
 
 def _forward(bench: Workbench, found: Search, candidates: list[str], progress: Callable[[str], None]) -> None:
@@ -176,7 +206,7 @@ def settle(
 ) -> tuple[Workbench, Search]:
     """Search, and once more with fits weighted by the noise that the first search left, where that is another noise than was assumed.
 
-    The white noise was read off differences of the error, which a fast effect enlarges; the residual tells better.
+    The white noise was read off differences of the error, which a fast effect enlarges; the residual tells better, and is never less than it.
 
     Args:
         bench: the runs under the noise assumed at first.
@@ -185,8 +215,11 @@ def settle(
         progress: told what is being tried.
     """
     found = search(bench, bench.solve(names), candidates, progress)
-    white = white_level(list(found.final.residual.split([run.blocks for run in bench.runs])))
-    if white < QUIETER * bench.mixtures.white:
+    for _ in range(PASSES):
+        left = found.final.residual
+        white = min(white_level(list(left.split([run.blocks for run in bench.runs]))), float(left.square().mean().sqrt()))
+        if white >= QUIETER * bench.mixtures.white:
+            break
         bench = bench.with_white(white)
         found = search(bench, bench.solve(names), candidates, progress)
     likely, assumed = found.final.likely.noise, bench.noise
@@ -221,7 +254,7 @@ def _glances(bench: Workbench, before: Solved, candidates: list[Screened]) -> li
     guesses = [0.5 * one.gain - 0.5 * min(one.freedom, SURE) * math.log(bench.effective_samples) for one in candidates]
     least = max([HOPELESS, *sorted(guesses, reverse=True)[GLANCED : GLANCED + 1]])
     near = [_glance(bench, before, one) for one, guess in zip(candidates, guesses, strict=True) if guess > least or one is candidates[0]]
-    most = min(trial.evidence for trial in near)
+    most = min((trial.evidence for trial in near), default=0.0)
     known = {trial.screened.name: trial for trial in near}
     return [known.get(one.name) or Trial(one, None, min(guess, most), False) for one, guess in zip(candidates, guesses, strict=True)]
 
@@ -241,16 +274,26 @@ def _worth_a_refit(trials: list[Trial]) -> list[Trial]:
 
 
 def _convinces(bench: Workbench, base: Solved, before: Solved, best: Trial, candidates: int) -> bool:
-    """Whether an addition is worth it: strong evidence, more than a correction, a visible gain, and lower error on pieces that were not fitted."""
+    """Whether an addition is worth it: strong evidence, more than a correction, and a visible gain with lower error on pieces that were not fitted.
+
+    Where it leaves noise, evidence is enough: what happens once in a run, such as a warm-up, no other piece of it predicts.
+    """
     if best.solved is None or not best.refitted or best.evidence < ACCEPT + math.log(max(candidates, 1)):
         return False
     if before.rms < QUIET * bench.mixtures.white:
         return False
-    if best.evidence < OVERWHELMING and _mops_up(base, before, best.solved):
+    if _mops_up(bench, base, before, best):
         return False
-    if before.rms**2 - best.solved.rms**2 < MATERIAL * max(before.rms**2 - bench.mixtures.white**2, 0.0) or best.solved.rms >= before.rms:
+    if best.solved.rms >= before.rms:
         return False
-    return segment_cost(bench, best.solved) < segment_cost(bench, before)
+    if _material(bench, before, best.solved) and segment_cost(bench, best.solved) < segment_cost(bench, before):
+        return True
+    return examine(bench, best.solved, base).is_noise
+
+
+def _material(bench: Workbench, before: Solved, after: Solved) -> bool:
+    """Whether an addition takes away a fair part of what is more than white noise; a little of much is hardly what is missing."""
+    return before.rms**2 - after.rms**2 >= MATERIAL * max(before.rms**2 - bench.mixtures.white**2, 0.0)
 
 
 def _best(bench: Workbench, convincing: list[Trial]) -> Trial | None:
@@ -265,16 +308,28 @@ def _best(bench: Workbench, convincing: list[Trial]) -> Trial | None:
     return min(convincing, key=lambda trial: segment_cost(bench, trial.solved) if trial.solved else math.inf)
 
 
-def _mops_up(base: Solved, before: Solved, after: Solved) -> bool:
-    """Whether an addition explains so little beside those before it that it may be making up for their simplified form."""
-    explained = base.rms**2 - before.rms**2
-    return explained > 0 and before.rms**2 - after.rms**2 < MOPPING_UP * explained
+def _mops_up(bench: Workbench, base: Solved, before: Solved, addition: Trial) -> bool:
+    """Whether an addition may be making up for the simplified form of those before it.
+
+    That is where it explains little beside them, or where they left noise and it adds little to the evidence.
+    """
+    assert addition.solved is not None
+    explained, more = base.rms**2 - before.rms**2, before.rms**2 - addition.solved.rms**2
+    if explained <= 0:
+        return False
+    little = addition.evidence < OVERWHELMING and more < MOPPING_UP * explained
+    return little or (addition.evidence < MINOR * bench.evidence(base, before) and examine(bench, before, base).is_noise)
 
 
 def _prune(bench: Workbench, full: Solved, base: Solved) -> Solved:
-    """Drop added effects, all but the newest, that the model no longer needs."""
+    """Drop added effects, all but the newest, that the model no longer needs.
+
+    One that adds a little to the evidence is needed only where there would be more than noise without it: else it makes up for the simplified form
+    of another.
+    """
     for name in [other for other in full.names[:-1] if other not in base.names]:
         less = bench.without(full, name)
-        if bench.evidence(less, full) < ACCEPT:
+        own = bench.evidence(less, full)
+        if own < ACCEPT or (own < MINOR * bench.evidence(base, full) and examine(bench, less, base).is_noise):
             full = less
     return full

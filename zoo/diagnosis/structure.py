@@ -8,8 +8,7 @@ from dataclasses import dataclass
 import torch
 
 from zoo.diagnosis.free_functions import free_functions
-from zoo.diagnosis.search import QUIET
-from zoo.diagnosis.workbench import Solved, Workbench
+from zoo.diagnosis.workbench import QUIET, Solved, Workbench
 from zoo.fitting.projection import project
 
 LEVEL_ALLOWED = 0.1
@@ -22,6 +21,9 @@ SIGNIFICANT = 5.0
 """Log Bayes factor of a free function over none."""
 MATERIAL = 0.08
 """Share of the noise variance that a free function must explain to matter."""
+OUTDONE, SEVERAL_OUTDONE = 1.05, 0.9
+"""Evidence of a free function over that of one named effect above which that is not what it is; over that of several, which have no reason to add up to
+a function of one quantity."""
 LINE = 10.0
 """Largest ordinate of a white periodogram over the mean, less the logarithm of their number, that chance may give (5 in 100 000; Fisher 1929)."""
 
@@ -74,7 +76,8 @@ def examine(bench: Workbench, final: Solved, base: Solved) -> Structure:
     Noise means that the likeliest mixture of white, flicker and random walk within what gyros have reaches χ²/dof = 1, within what the noise level is
     uncertain by, without all the random walk there may be, that what this mixture predicts from the past leaves no spectral line, and that no
     smooth function of temperature, rate, time or a recorded input explains a material share. Where effects were added to `base`, a small part of
-    what they explained may remain: a catalogue's form is never nature's.
+    what they explained may remain, for a catalogue's form is never nature's; and no smooth function of one quantity alone may have more evidence than
+    they have, for a right form needs fewer parameters.
 
     Args:
         bench: the runs.
@@ -89,11 +92,21 @@ def examine(bench: Workbench, final: Solved, base: Solved) -> Structure:
     level = excess / (LEVEL_ALLOWED + 3.0 * math.sqrt(2.0 / dof) + forgiven)
     shape = max((min(one.evidence / SIGNIFICANT, one.explains * (1.0 + excess) / (MATERIAL + forgiven)) for one in tried), default=0.0)
     wave = 0.0 if line is None else line.evidence / LINE
-    strain = max(0.0, level, shape, wave, bench.mixtures.used_up(final.likely.noise))
+    strain = max(0.0, level, shape, wave, bench.mixtures.used_up(final.likely.noise), _outdone(bench, final, base))
     if final.rms < QUIET * bench.mixtures.white:
         strain = min(strain, 1.0)
     found = (*[one for one in tried if one.matters], *([line] if line is not None and line.matters else []))
     return Structure(strain, excess, found)
+
+
+def _outdone(bench: Workbench, final: Solved, base: Solved) -> float:
+    """The evidence of the best free function over that of the added effects, less what is allowed; 0 where none were added."""
+    if final.names == base.names:
+        return 0.0
+    if not base.freed:
+        base.freed.extend(one.evidence for one in free_dependences(bench, base))
+    allowed = OUTDONE if len(final.names) == len(base.names) + 1 else SEVERAL_OUTDONE
+    return (max(base.freed, default=0.0) - SIGNIFICANT) / (allowed * max(bench.evidence(base, final), SIGNIFICANT))
 
 
 def spectral_line(bench: Workbench, final: Solved) -> Dependence | None:

@@ -26,6 +26,8 @@ from zoo.scoring.noise import NoiseModel, Whitener, effective_samples
 
 FAR = 1.5
 """RMS of a residual over the white noise above which a base is taken to have its coil in the wrong place."""
+QUIET = 0.7
+"""Ratio of a residual's RMS to the white noise below which there is nothing left to explain."""
 VARIED_REFERENCE = "a reference that changes"
 WORTH_RESHAPING = 2.0
 """χ² that another shape must gain for the fit to start from there once more."""
@@ -45,6 +47,7 @@ class Solved:
         mixtures: the noise that the gyro may have.
         near: the mixture to start from in the search for the likeliest.
         worths: log evidences found so far, by the effects that were not trimmed.
+        freed: log evidences of the free functions that were tried beside it.
     """
 
     names: tuple[str, ...]
@@ -54,6 +57,7 @@ class Solved:
     mixtures: NoiseMixtures
     near: Place = START
     worths: dict[frozenset[str], float] = field(default_factory=dict)
+    freed: list[float] = field(default_factory=list)
 
     @cached_property
     def basis(self) -> Tensor:

@@ -15,15 +15,16 @@ from zoo.models.graybox import GrayBox
 Fitted = dict[str, dict[str, Any]]
 
 
-def parameters_of(model: GrayBox, fit: Fit, unit: str) -> dict[str, Fitted]:
+def parameters_of(model: GrayBox, fit: Fit, unit: str, expected: Tensor | None = None) -> dict[str, Fitted]:
     """Value, standard error and unit of every parameter, by owner (``"coil"`` or an effect) and name.
 
     Args:
         model: the grey box.
         fit: its fit.
         unit: suffix of the output's unit, which replaces ``unit`` in the declarations.
+        expected: covariance of the scores, see `Fit.covariance`.
     """
-    spread = fit.covariance().diagonal().clamp_min(0.0).sqrt()
+    spread = fit.covariance(expected).diagonal().clamp_min(0.0).sqrt()
     declared = model.parameters_of_theta()
     parameters = [p for _, p in declared]
     values, factors = to_physical(fit.theta, parameters), slope(fit.theta, parameters)

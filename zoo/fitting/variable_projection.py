@@ -24,7 +24,7 @@ class Fit:
         amplitudes: (K,).
         residual: (N,) y − Φa.
         columns: (N, K) Φ at the solution, weighted.
-        tangent: (N, P) dΦ/dθ·a at the solution, weighted.
+        tangent: (N, P) dΦ/dθ·a at the solution, weighted; zero for a parameter that its bound holds back.
         plain: (N, K+P) both before they were weighted.
         moves: (P, K) whether a column depends on a parameter.
         cost: sum of squared residuals.
@@ -41,13 +41,22 @@ class Fit:
     cost: float
     iterations: int
 
-    def covariance(self, pieces: int = 24) -> Tensor:
+    @property
+    def jacobian(self) -> Tensor:
+        """(N, P+K) by (θ, amplitudes), weighted."""
+        return torch.cat([self.tangent, self.columns], dim=1)
+
+    def covariance(self, expected: Tensor | None = None, pieces: int = 24) -> Tensor:
         """(P+K, P+K) covariance of (θ, amplitudes) that allows for correlated residuals.
 
         Scores are summed over consecutive pieces before they are squared (cluster-robust sandwich, Liang & Zeger 1986), so that a correlation shorter
         than a piece widens the errors as it should; never smaller than the ordinary formula.
+
+        Args:
+            expected: (P+K, P+K) covariance of the scores Jᵀr that the noise would give; errors are never smaller than it makes them.
+            pieces: how many.
         """
-        jacobian = torch.cat([self.tangent, self.columns], dim=1)
+        jacobian = self.jacobian
         norm = jacobian.norm(dim=0)
         scaled = jacobian / norm.clamp_min(1e-300)
         inverse = torch.linalg.pinv(scaled.mT @ scaled, hermitian=True, rtol=1e-12)
@@ -57,7 +66,11 @@ class Fit:
             [(part * rest.unsqueeze(1)).sum(0) for part, rest in zip(scaled.chunk(pieces), self.residual.chunk(pieces), strict=True)]
         )
         robust = inverse @ (scores.mT @ scores) @ inverse * (pieces / (pieces - 1))
-        inflate = (robust.diagonal() / plain.diagonal().clamp_min(1e-300)).clamp_min(1.0).sqrt()
+        wide = robust.diagonal()
+        if expected is not None:
+            unit = norm.clamp_min(1e-300)
+            wide = torch.maximum(wide, (inverse @ (expected / unit.unsqueeze(0) / unit.unsqueeze(1)) @ inverse).diagonal())
+        inflate = (wide / plain.diagonal().clamp_min(1e-300)).clamp_min(1.0).sqrt()
         norm = torch.where(norm > 0, norm, torch.nan)  # no influence, no error bar
         return plain * inflate.unsqueeze(0) * inflate.unsqueeze(1) / norm.unsqueeze(0) / norm.unsqueeze(1)
 
@@ -100,8 +113,9 @@ def fit(
         here = _linearise(columns, weigh, target, theta)
         if gain < tolerance * 100 * float(here.solution.cost) / target.numel():
             break
-    found = here.solution
-    return Fit(theta, found.amplitudes, found.residual, here.columns, here.tangent, here.plain, here.moves, float(found.cost), taken)
+    found, inside = here.solution, ~_blocked(theta, here.tangent.mT @ here.solution.residual)
+    plain = torch.cat([here.plain[:, : here.columns.shape[1]], here.plain[:, here.columns.shape[1] :] * inside], dim=1)
+    return Fit(theta, found.amplitudes, found.residual, here.columns, here.tangent * inside, plain, here.moves, float(found.cost), taken)
 
 
 class _Linear(NamedTuple):
@@ -136,13 +150,17 @@ def _linearise(columns: Callable[[Tensor], Tensor], weigh: Callable[[Tensor], Te
     return _Linear(weighted, weigh(differences), torch.cat([batch[0], differences], dim=1), moves, solution)
 
 
+def _blocked(theta: Tensor, slope: Tensor) -> Tensor:
+    """Whether a parameter is at its bound and wants to leave: it stays."""
+    return ((theta <= 0) & (slope < 0)) | ((theta >= 1) & (slope > 0))
+
+
 def _steps(theta: Tensor, basis: Tensor, tangent: Tensor, residual: Tensor) -> Tensor:
     """(D, P) trial parameters, one a damping: Gauss–Newton in the complement of the columns, clipped to the bounds."""
     outside = torch.stack([project(basis, tangent[:, i]).residual for i in range(tangent.shape[1])], dim=1)
     normal = outside.mT @ outside
     slope = outside.mT @ residual
-    blocked = ((theta <= 0) & (slope < 0)) | ((theta >= 1) & (slope > 0))  # a parameter at its bound that wants to leave stays
-    free = (~blocked).to(theta)
+    free = (~_blocked(theta, slope)).to(theta)
     normal = normal * free.unsqueeze(0) * free.unsqueeze(1) + torch.diag(1 - free)
     scale = normal.diagonal().clamp_min(1e-12 * float(normal.diagonal().max()) + 1e-300)
     steps = [torch.linalg.solve(normal + damping * torch.diag(scale), slope * free) for damping in DAMPINGS]

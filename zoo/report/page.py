@@ -11,17 +11,29 @@ from zoo import __version__
 from zoo.artifacts import write_text
 from zoo.report import tables
 from zoo.report.drawings import drawn, ladder_drawing, program_drawing, run_drawings, shades
+from zoo.report.experiment import experiment_drawing, experiment_settings
 from zoo.report.floors import Floors, multiple
 from zoo.report.notes import merged
+from zoo.report.probable import hypothesis_rows, the_rest
+from zoo.report.sampled import sampled_facts
 from zoo.report.template import filled
 from zoo.report.trace import Trace, rms
+from zoo.report.unknown_section import unknown_section
 from zoo.report.verdict import Record, ladder, missing, rms_after, unexplained, unfitted, verdict_of
 from zoo.report.wording import DIAGNOSED, REFINED, Scale, finite, joined, significant
 
 REGIONS_SHOWN = 8
+REFINE = ("fogzoo", "refine")
 
 
-def write_report(path: str | Path, diagnosis: Record, traces: list[Trace], refinement: Record | None = None, commands: Sequence[str] = ()) -> None:
+def write_report(
+    path: str | Path,
+    diagnosis: Record,
+    traces: list[Trace],
+    refinement: Record | None = None,
+    commands: Sequence[str] = (),
+    refine: Sequence[str] = REFINE,
+) -> None:
     """Write the page, whole or not at all.
 
     Args:
@@ -30,13 +42,23 @@ def write_report(path: str | Path, diagnosis: Record, traces: list[Trace], refin
         traces: the runs, fitted and checked.
         refinement: the contract's `refinement.json`, where effects were added.
         commands: what to type next, best first.
+        refine: the words of the command that refines, with the settings of the diagnosis, for the class that is written beside the page.
     """
-    write_text(path, render(diagnosis, traces, refinement, commands))
+    write_text(path, render(diagnosis, traces, refinement, commands, refine, Path(path).parent))
 
 
-def render(diagnosis: Record, traces: list[Trace], refinement: Record | None = None, commands: Sequence[str] = ()) -> str:
-    """The page as text, see `write_report`."""
-    return filled("template.html.j2", _context(diagnosis, traces, refinement, list(commands)))
+def render(
+    diagnosis: Record,
+    traces: list[Trace],
+    refinement: Record | None = None,
+    commands: Sequence[str] = (),
+    refine: Sequence[str] = REFINE,
+    folder: Path = Path(),
+) -> str:
+    """The page as text, see `write_report`; `folder` is where it will lie."""
+    context = _context(diagnosis, traces, refinement, list(commands))
+    unknown = unknown_section(diagnosis, scale_of(diagnosis, refinement), folder, refine, context["done"])
+    return filled("template.html.j2", context | {"unknown": unknown})
 
 
 def scale_of(diagnosis: Record, refinement: Record | None = None) -> Scale:
@@ -62,12 +84,14 @@ def _context(diagnosis: Record, traces: list[Trace], refinement: Record | None, 
         "regions": tables.region_rows(where, scale, floors.fitted if refinement else None),
         "shaded": {str(shade.rank) for trace in pictured for shade in shades(where, trace.run)},
         "regions_shown": REGIONS_SHOWN,
+        "hypotheses": hypothesis_rows(diagnosis),
+        "the_rest": the_rest(diagnosis),
         "candidates": tables.candidate_rows(diagnosis, scale, _added(diagnosis, refinement) if refinement else None),
         "effects": _effects(diagnosis, refinement, scale),
         "written": datetime.now().astimezone().strftime("%Y-%m-%d %H:%M %Z"),
         "version": __version__,
         **_ladder_part(diagnosis, refinement, scale, floors),
-        **_experiment_part(diagnosis),
+        **_experiment_part(diagnosis, scale),
         **_read_part(diagnosis, traces, refinement, scale),
     }
 
@@ -109,15 +133,13 @@ def _ladder_part(diagnosis: Record, refinement: Record | None, scale: Scale, flo
     }
 
 
-def _experiment_part(diagnosis: Record) -> dict[str, Any]:
+def _experiment_part(diagnosis: Record, scale: Scale) -> dict[str, Any]:
     experiment = diagnosis.get("next_experiment") or {}
-    profile = experiment.get("profile")
-    settings = profile.items() if isinstance(profile, dict) else ()
     return {
         "experiment": experiment,
         "separates": joined(experiment.get("separates")),
-        "program": program_drawing(profile),
-        "settings": [(str(key), str(value)) for key, value in settings if value is not None],
+        "program": experiment_drawing(experiment, scale) or program_drawing(experiment.get("profile")),
+        "settings": experiment_settings(experiment),
     }
 
 
@@ -129,7 +151,7 @@ def _read_part(diagnosis: Record, traces: list[Trace], refinement: Record | None
         "other_runs": [str(run) for run in diagnosis.get("runs") or [] if str(run) not in known],
         "refined": any(rms(trace.residual_after) is not None for trace in traces),
         "block": f"block means of {significant(block)} s" if block else "samples as recorded",
-        "samples": diagnosis.get("samples"),
+        "sampled": sampled_facts(diagnosis, scale),
         "notes": merged([str(note) for note in diagnosis.get("notes") or []], [*known, *(str(run) for run in diagnosis.get("runs") or [])]),
         "undetermined": [str(item) for item in diagnosis.get("undetermined") or []],
         "unexplained": unexplained(diagnosis, bool(refinement and _added(diagnosis, refinement))),

@@ -12,8 +12,10 @@ from rich.padding import Padding
 from rich.table import Table
 from rich.text import Text
 
+from zoo.report.experiment import experiment_line
 from zoo.report.floors import Floors
 from zoo.report.page import scale_of
+from zoo.report.probable import probable_line
 from zoo.report.tables import CandidateRow, candidate_rows, ladder_rows, region_rows
 from zoo.report.verdict import Record, Verdict, ladder, missing, rms_after, verdict_of
 from zoo.report.wording import Scale, joined
@@ -22,6 +24,7 @@ COLORS = {"complete": "green", "missing": "yellow", "unknown": "red", "none": "r
 CANDIDATES, REGIONS = 5, 3
 BAR, INDENT = 10, 2
 UNLIMITED = 10_000
+LONGEST_COMMAND = 1500
 _ASCII = str.maketrans(
     {"°": "deg", "−": "-", "–": "-", "…": "..", "×": "x", "±": "+-", "·": "*", "Δ": "d", "█": "#", "░": ".", "µ": "u", "\u00a0": " "}
     | dict(zip("⁻⁰¹²³⁴⁵⁶⁷⁸⁹", "-0123456789", strict=True))
@@ -29,7 +32,7 @@ _ASCII = str.maketrans(
 
 
 def print_diagnosis(diagnosis: Record, commands: Sequence[str] = (), console: Console | None = None) -> None:
-    """Verdict, numbers, the best candidates, the worst regions, what to type next.
+    """Verdict, numbers, the best candidates, the worst regions, the next experiment, what to type next.
 
     Args:
         diagnosis: the contract's `diagnosis.json`; any field may be null.
@@ -45,7 +48,7 @@ def print_diagnosis(diagnosis: Record, commands: Sequence[str] = (), console: Co
             out.print(_indented(_first_that_fits(out, _candidate_tables(rows, scale)), 1))
             _print_twins(out, rows, diagnosis)
         _print_regions(out, diagnosis, scale)
-        _print_commands(out, commands)
+        _print_commands(out, [*commands, *_print_experiment(out, diagnosis.get("next_experiment"))])
 
 
 def print_ladder(refinement: Record, commands: Sequence[str] = (), console: Console | None = None) -> None:
@@ -97,6 +100,9 @@ def _print_numbers(out: Console, diagnosis: Record, scale: Scale) -> None:
         parts.append(f"with {joined(names)} {scale.full(rms_after(diagnosis, []))}")
     parts.append(f"noise floor {scale.full(Floors.read(diagnosis).fitted)}")
     out.print(_indented(Text(", ".join(parts))))
+    alternatives = probable_line(diagnosis)
+    if alternatives:
+        out.print(_indented(Text(alternatives)))
 
 
 def _table(*columns: tuple[str, bool]) -> Table:
@@ -149,6 +155,17 @@ def _print_regions(out: Console, diagnosis: Record, scale: Scale) -> None:
     chosen = ((0, 1, 2, 3, 4, 5, 6), (0, 1, 2, 3, 5, 6), (0, 1, 5, 6))
     if rows:
         out.print(_indented(_first_that_fits(out, _tables(columns, [row[1:] for row in rows], chosen)), 1))
+
+
+def _print_experiment(out: Console, experiment: Record | None) -> list[str]:
+    """The run to take next, in a sentence; returns the command that tries it, unless a program of hundreds of legs makes it fill the screen."""
+    line = experiment_line(experiment)
+    if line is None or experiment is None:
+        return []
+    command = str(experiment.get("command") or "")
+    elsewhere = "; the command that tries it stands in the report" if len(command) > LONGEST_COMMAND else ""
+    out.print(_indented(Text(f"next experiment, {line}{elsewhere}"), 1))
+    return [command] if command and not elsewhere else []
 
 
 def _ladder_tables(rows: list[list[str]], scale: Scale) -> Iterator[Table]:

@@ -135,9 +135,34 @@ def _what_missing_means(diagnosis: Record) -> list[str]:
     for name in names:
         twins = _twins(diagnosis, name)
         if twins:
-            each = "both" if len(twins) == 1 else "each"
-            sentences.append(f"These runs cannot tell {name} from {joined(twins, 'or')}: compare {each} on a check run.")
-    return sentences
+            sentences.append(f"These runs cannot tell {name} from {joined(twins, 'or')}: {_what_to_do(diagnosis, name, twins)}")
+    return sentences + _still_open(diagnosis)
+
+
+def _what_to_do(diagnosis: Record, name: str, twins: list[str]) -> str:
+    """How to tell an effect from others: by the proposed run, as far as that does, else on a check run."""
+    told = [twin for twin in twins if _separates(diagnosis, name, twin)]
+    if told == twins:
+        return f"the next experiment below would{' help' if (diagnosis.get('next_experiment') or {}).get('enough') is False else ''}."
+    compare = f"compare {'both' if len(twins) == 1 else 'each'} on a check run."
+    return f"the next experiment below would tell it from {joined(told, 'and')}; else {compare}" if told else compare
+
+
+def _separates(diagnosis: Record, name: str, other: str) -> bool:
+    """Whether the proposed run tells two effects apart."""
+    experiment = diagnosis.get("next_experiment") or {}
+    left = [{str(one) for one in pair} for pair in experiment.get("not_separated") or []]
+    return {name, other} <= {str(one) for one in experiment.get("separates") or []} and {name, other} not in left
+
+
+def _still_open(diagnosis: Record) -> list[str]:
+    """What the proposed run is for where no twins were named: explanations that come second, or could not be tried."""
+    for name in missing(diagnosis):
+        others = [str(one) for one in (diagnosis.get("next_experiment") or {}).get("separates") or [] if _separates(diagnosis, name, str(one))]
+        others = [one for one in others if one != name]
+        if others and not _twins(diagnosis, name):
+            return [f"It might yet be {joined(others, 'or')} in the place of {name}: see the next experiment below."]
+    return []
 
 
 def _what_unknown_means(diagnosis: Record) -> list[str]:
@@ -146,17 +171,33 @@ def _what_unknown_means(diagnosis: Record) -> list[str]:
         ratio = excess(diagnosis.get("rms_final"), diagnosis.get("noise_floor"))
         ending = f"what is left is still {times(ratio)} the noise floor." if ratio and ratio > WORTH_TELLING else "what is left is still not noise."
         sentences.append(f"Adding {joined(_named(diagnosis))} helps, but {ending}")
+        words = _described(diagnosis)
+        if words:
+            return [*sentences, f"What the model leaves as it stands: {_continued(words)}"]
     else:
         sentences.append("The residual is not noise, and no known effect makes it so.")
     return sentences + unexplained(diagnosis)
 
 
 def unexplained(diagnosis: Record, done: bool = False) -> list[str]:
-    """What the unexplained residual goes with, one sentence a quantity; `done` where effects were added since."""
+    """What the unexplained residual looks like: in the diagnosis' own words, or one sentence a quantity; `done` where effects were added since."""
+    words = _described(diagnosis)
+    if words:
+        return [f"What was unexplained before: {_continued(words)}" if done else words]
     facts = [fact for fact in diagnosis.get("unexplained") or [] if fact.get("depends_on")]
     parts = [(_enclosed(str(fact["depends_on"])), percent(fact.get("explains"))) for fact in facts]
     what = "have explained {} of the residual before." if done else "explain {} of the residual."
     return [f"A free smooth function of {words} would {what.format(share)}" for words, share in parts]
+
+
+def _described(diagnosis: Record) -> str:
+    """The diagnosis' own words on what nothing explains; a value and its error stay on one line."""
+    return str(diagnosis.get("unexplained_words") or "").replace(" ± ", "\u00a0±\u00a0")
+
+
+def _continued(sentence: str) -> str:
+    """A sentence as it goes on after a colon."""
+    return sentence[:1].lower() + sentence[1:]
 
 
 def _enclosed(words: str) -> str:

@@ -1,0 +1,63 @@
+"""What `diagnose` writes and says where nothing in the catalogue explains the runs, and that it can be typed as it stands."""
+
+from __future__ import annotations
+
+import json
+import os
+import subprocess
+import sys
+from pathlib import Path
+from unittest import mock
+
+import pytest
+
+from zoo.cli import application
+from zoo.cli.next_commands import stub_commands
+
+PROGRAM = "profile.legs=[[20,20,1800],[20,50,3600],[50,50,1800],[50,0,3000],[0,0,1800],[0,20,3600],[20,20,1800]]"
+GYRO = ["hidden=aging", "amplitude=0.3", "runs=1", "profile=legs", PROGRAM, "sample_s=20", "thermometers=1", "seed=2", "pictures=false"]
+
+
+def run(verb: str, *arguments: str) -> int:
+    """The application in this process, which it leaves as it was."""
+    with mock.patch.object(sys, "argv", []), mock.patch.dict(os.environ, {"HYDRA_FULL_ERROR": "0"}):
+        return application.run(verb, list(arguments))
+
+
+def typed(commands: list[str], folder: Path) -> str:
+    """What a shell prints that is given these commands, with an effect of the user's own already to be found."""
+    places = {"PATH": f"{Path(sys.executable).parent}:{os.environ['PATH']}", "PYTHONPATH": str(folder)}
+    done = subprocess.run(["sh", "-ec", "\n".join(commands)], cwd=folder, env=os.environ | places, capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stderr
+    return done.stdout
+
+
+@pytest.mark.slow
+def test_the_class_is_written_and_its_commands_refit_with_it(tmp_path, capsys, monkeypatch) -> None:
+    (tmp_path / "conf" / "effects").mkdir(parents=True)
+    monkeypatch.chdir(tmp_path)
+    assert run("simulate", *GYRO, "hydra.run.dir=runs") == 0
+    given = ["data.files=[runs/run_1.csv]", "candidates=[polarization,supply_voltage]", f"hydra.searchpath=[file://{tmp_path}/conf]"]
+    capsys.readouterr()
+    assert run("diagnose", *given, "hydra.run.dir=out") == 0
+    said = capsys.readouterr().out
+    words = json.loads((tmp_path / "out" / "diagnosis.json").read_text())["unexplained_words"]
+    assert "time since the run's start" in words
+    assert words.split(".")[0] in " ".join(said.split())
+    assert f"a class to start from: {Path('out') / 'unexplained.py'}" in said.replace(f"{tmp_path}/", "")
+    assert (tmp_path / "out" / "conf" / "effects" / "unexplained.yaml").is_file()
+    commands = [line.strip() for line in said.splitlines() if line.startswith(("  export", "  fogzoo"))]
+    assert commands[0] == f"export PYTHONPATH={tmp_path / 'out'}:$PYTHONPATH"
+    assert f"'hydra.searchpath=[file://{tmp_path}/conf,file://{tmp_path / 'out'}/conf]'" in commands[1]
+    page = (tmp_path / "out" / "report.html").read_text(encoding="utf-8")
+    assert f"{commands[1]}".replace("'", "&#39;") in page
+    typed([commands[0], f"{commands[1]} hydra.run.dir=again"], tmp_path)
+    first, last = json.loads((tmp_path / "again" / "refinement.json").read_text())["ladder"]
+    assert last["added"] == "unexplained"
+    assert last["rms"] < 0.5 * first["rms"]
+
+
+def test_an_example_that_fits_nothing_is_not_to_be_refitted_with(tmp_path) -> None:
+    assert stub_commands({"unexplained_form": {"todo": True}}, tmp_path) == []
+    assert stub_commands({"unexplained_form": None}, tmp_path) == []
+    assert stub_commands({}, tmp_path) == []

@@ -1,0 +1,35 @@
+"""How much was measured, and in which noise."""
+
+from __future__ import annotations
+
+from zoo.report.verdict import Record
+from zoo.report.wording import Scale, finite, fixed, significant
+
+
+def sampled_facts(diagnosis: Record, scale: Scale) -> list[tuple[str, str]]:
+    """Label and text: blocks, how many independent ones they are worth, and the noise.
+
+    Args:
+        diagnosis: its `noise` has the white RMS of a block, the bias instability B [unit] and the random walk K [unit/√h].
+        scale: how values are written.
+    """
+    noise = _noise(diagnosis.get("noise"), scale)
+    counted = "; what is unexplained is counted as noise here" if noise and diagnosis.get("verdict") == "unknown" else ""
+    facts = [("Blocks", _blocks(diagnosis)), ("Noise", noise + counted)]
+    return [(label, text) for label, text in facts if text]
+
+
+def _blocks(diagnosis: Record) -> str:
+    count, worth = finite(diagnosis.get("samples")), finite(diagnosis.get("effective_samples"))
+    if count is None:
+        return ""
+    if worth is None or round(worth) >= round(count):
+        return f"{count:.0f}"
+    return f"{count:.0f}, worth {significant(worth, 2) if worth < 99.5 else fixed(worth, 0)} independent ones"
+
+
+def _noise(noise: Record | None, scale: Scale) -> str:
+    """The colours that there are."""
+    colours = (("white", "white", ""), ("flicker", "flicker B", ""), ("walk", "random walk K", "/√h"))
+    known = [(words, finite((noise or {}).get(key)), per) for key, words, per in colours]
+    return ", ".join(f"{words} {significant(value * scale.factor, 2)} {scale.label}{per}" for words, value, per in known if value)
