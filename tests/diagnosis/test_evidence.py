@@ -15,7 +15,7 @@ from torch import Generator
 from zoo.catalog import build, names
 from zoo.diagnosis.alike import indistinguishable
 from zoo.diagnosis.cross_validation import rms_by_run, segment_cost
-from zoo.diagnosis.posterior import TEMPER, posterior, unknown
+from zoo.diagnosis.posterior import TEMPER, believed, hypotheses, posterior, unknown
 from zoo.diagnosis.screening import Screened, screen
 from zoo.diagnosis.search import ACCEPT, Search, Trial, what_helps
 from zoo.diagnosis.structure import examine
@@ -36,20 +36,30 @@ def test_a_posterior_sums_to_less_than_one(evidences) -> None:
     chances = posterior([trial(str(i), value) for i, value in enumerate(evidences)])
     assert sum(chances.values()) <= 1 + 1e-12
     assert all(0 <= chance <= 1 for chance in chances.values())
-    odds = (math.exp(ACCEPT) * max(len(evidences), 1)) ** TEMPER  # of nothing at all, before looking
-    none = odds / (odds + sum(math.exp(TEMPER * value) for value in evidences)) if max(evidences, default=0) < 100 else 0.0
+    excess = torch.tensor([value - ACCEPT - math.log(max(len(evidences), 1)) for value in evidences], dtype=torch.float64)
+    none = 1.0 / (1.0 + float(believed(excess).exp().sum()))  # one more hypothesis, at the threshold
     assert sum(chances.values()) == pytest.approx(1 - none)
 
 
 def test_equal_evidence_is_equal_probability() -> None:
-    chances = posterior([trial("a", 40.0), trial("b", 40.0), trial("c", 30.0)])
+    chances = posterior([trial("a", 80.0), trial("b", 80.0), trial("c", 60.0)])
     assert chances["a"] == chances["b"] == pytest.approx(0.5, rel=5e-3)
-    assert chances["a"] / chances["c"] == pytest.approx(math.exp(10 * TEMPER))
+    assert chances["a"] / chances["c"] == pytest.approx(math.exp(20 * TEMPER))
 
 
 def test_posteriors_of_every_round_of_a_search_sum_to_less_than_one(diagnosis) -> None:
     for step in diagnosis("bias_step").search.steps:
         assert sum(posterior(step.trials).values()) <= 1 + 1e-12
+
+
+@pytest.mark.parametrize("hidden", ["", "bias_step", "polarization"])
+def test_hypotheses_sum_to_one_with_the_unknown_and_the_verdict_is_the_first(diagnosis, hidden) -> None:
+    found = diagnosis(hidden)
+    listed = hypotheses(found.search, found.structure)
+    assert sum(one.probability for one in listed) + unknown(found.structure) == pytest.approx(1)
+    assert len({one.effects for one in listed}) == len(listed)
+    assert listed[0].effects == ((hidden,) if hidden else ())
+    assert listed[0].probability > 0.8
 
 
 def test_evidence_is_antisymmetric_and_none_against_itself(diagnosis) -> None:

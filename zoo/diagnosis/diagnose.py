@@ -123,7 +123,7 @@ def diagnose(runs: list[Run], effects: list[str], catalogue: dict[str, Effect], 
         "rms_final": found.final.rms,
         "verdict": verdict,
         "missing": found.missing,
-        "posterior": _posterior(bench, found, structure),
+        "posterior": _posterior(found, structure),
         "candidates": _candidates(bench, found, candidates, 1.0 - unknown(structure)),
         "where": regions(bench.runs, base.residual, floor),
         "next_experiment": None,
@@ -149,11 +149,11 @@ def _experiment(bench: Workbench, found: Search, record: dict[str, Any], progres
     return propose(bench, rivals)
 
 
-def _posterior(bench: Workbench, found: Search, structure: Structure) -> list[dict[str, Any]]:
+def _posterior(found: Search, structure: Structure) -> list[dict[str, Any]]:
     """Hypotheses with their probabilities, likeliest first."""
     listed = [
         {"hypothesis": "missing" if one.effects else "complete", "effects": list(one.effects), "probability": one.probability}
-        for one in hypotheses(bench, found, structure)[:LISTED]
+        for one in hypotheses(found, structure)[:LISTED]
     ]
     return sorted([*listed, {"hypothesis": "unknown", "effects": [], "probability": unknown(structure)}], key=lambda one: -one["probability"])
 

@@ -6,15 +6,18 @@ import math
 from dataclasses import dataclass
 
 import torch
+from torch import Tensor
 
-from zoo.diagnosis.search import ACCEPT, Search, Trial
+from zoo.diagnosis.search import ACCEPT, Search, Step, Trial
 from zoo.diagnosis.structure import Structure
-from zoo.diagnosis.workbench import Workbench
+
+FAINT = 1e-12
 
 TEMPER = 0.3
-"""Share of a log Bayes factor that is believed: formulas are not nature's, so that evidence for one against another is part misfit."""
+"""Share of a log Bayes factor beyond the threshold that is believed: there formulas that are not nature's decide, and no longer chance."""
 STEEPNESS = 1.5
-"""How fast the probability of an unknown effect rises with the logarithm of the strain; both from benchmarks/hidden.py."""
+"""How fast the odds of an unknown effect rise with the strain, as its power; both from simulated gyros of benchmarks/hidden.py with seeds of their
+own."""
 
 
 @dataclass(frozen=True)
@@ -23,22 +26,26 @@ class Hypothesis:
 
     Attributes:
         effects: sorted; none where the model is complete.
-        evidence: log Bayes factor over the model as it stands.
         probability: against all others that were tried, the unknown included.
     """
 
     effects: tuple[str, ...]
-    evidence: float
     probability: float
 
 
+def believed(excess: Tensor) -> Tensor:
+    """Logarithm of the odds over nothing, from the log Bayes factor less what an addition must reach."""
+    return torch.where(excess > 0, TEMPER * excess, excess)
+
+
 def posterior(trials: list[Trial]) -> dict[str, float]:
-    """Probability of each candidate of one round, against each other and against none (softmax of the tempered evidence).
+    """Probability of each candidate of one round, against each other and against none.
 
     Before looking, none is as much likelier as the evidence that an addition must reach: a candidate at the threshold gets about one half.
     """
     needed = ACCEPT + math.log(max(len(trials), 1))
-    weights = torch.softmax(TEMPER * torch.tensor([needed, *(trial.evidence for trial in trials)], dtype=torch.float64), dim=0)[1:]
+    excess = torch.tensor([0.0, *(trial.evidence - needed for trial in trials)], dtype=torch.float64)
+    weights = torch.softmax(believed(excess), dim=0)[1:]
     return {trial.screened.name: float(weight) for trial, weight in zip(trials, weights, strict=True)}
 
 
@@ -47,24 +54,38 @@ def unknown(structure: Structure) -> float:
     return 1.0 / (1.0 + math.exp(-STEEPNESS * math.log(max(structure.strain, 1e-6))))
 
 
-def hypotheses(bench: Workbench, found: Search, structure: Structure) -> list[Hypothesis]:
-    """Every set of effects that was compared, likeliest first; what their probabilities lack to 1 is the unknown's.
+def hypotheses(found: Search, structure: Structure) -> list[Hypothesis]:
+    """The effects that were found and what differs from them in one, likeliest first; what their probabilities lack to 1 is the unknown's.
 
-    Each effect in a set costs what an addition must reach.
+    A set's probability is the product of those of its effects, each beside the others, and of nothing more being needed.
 
     Args:
-        bench: the runs.
         found: the search.
         structure: the absolute test of its final model.
     """
-    sets: dict[tuple[str, ...], float] = {(): 0.0}
-    for step in found.steps:
-        chain, added = bench.evidence(found.base, step.before), [name for name in step.before.names if name not in found.base.names]
-        for trial in step.trials:
-            key = tuple(sorted([*added, trial.screened.name]))
-            sets[key] = max(sets.get(key, -math.inf), chain + trial.evidence)
-    price = ACCEPT + math.log(max((len(step.trials) for step in found.steps), default=1))
-    logs = torch.tensor([evidence - price * len(effects) for effects, evidence in sets.items()], dtype=torch.float64)
-    shares = (torch.softmax(TEMPER * logs, dim=0) * (1.0 - unknown(structure))).tolist()
-    listed = [Hypothesis(effects, evidence, share) for (effects, evidence), share in zip(sets.items(), shares, strict=True)]
-    return sorted(listed, key=lambda one: -one.probability)
+    members = {name: posterior(_round_of(found, name).trials) for name in found.missing}
+    last = _last(found)
+    more = posterior(last.trials) if last else {}
+    stop = max(1.0 - sum(more.values()), FAINT)
+    whole = math.prod(max(chances[name], FAINT) for name, chances in members.items()) * stop
+    sets = {tuple(sorted(found.missing)): whole}
+    for name, chances in members.items():
+        others = [other for other in found.missing if other != name]
+        each = whole / max(chances[name], FAINT)
+        sets[tuple(sorted(others))] = each * max(1.0 - sum(chances.values()), 0.0)
+        sets |= {tuple(sorted([*others, other])): each * chance for other, chance in chances.items() if other not in found.missing}
+    sets |= {tuple(sorted([*found.missing, other])): whole / stop * chance for other, chance in more.items()}
+    total = sum(sets.values()) / (1.0 - unknown(structure))
+    return sorted((Hypothesis(effects, weight / total) for effects, weight in sets.items()), key=lambda one: -one.probability)
+
+
+def _round_of(found: Search, name: str) -> Step:
+    """The round in which an effect was compared with others last, with the others of the final model beside it where there is one."""
+    rounds = [step for step in found.steps if any(trial.screened.name == name for trial in step.trials)]
+    beside = [step for step in rounds if {*step.before.names, name} == set(found.final.names)]
+    return (beside or rounds)[-1]
+
+
+def _last(found: Search) -> Step | None:
+    """The round that asked for something beside the final model."""
+    return next((step for step in reversed(found.steps) if set(step.before.names) == set(found.final.names)), None)

@@ -22,8 +22,8 @@ SIGNIFICANT = 5.0
 MATERIAL = 0.08
 """Share of the noise variance that a free function must explain to matter."""
 OUTDONE, SEVERAL_OUTDONE = 1.05, 0.9
-"""Evidence of a free function over that of one named effect above which that is not what it is; over that of several, which have no reason to add up to
-a function of one quantity."""
+"""Evidence of a free function over that of one named effect above which that is not what it is; over that of several, which have no reason to add up
+to a function of one quantity."""
 LINE = 10.0
 """Largest ordinate of a white periodogram over the mean, less the logarithm of their number, that chance may give (5 in 100 000; Fisher 1929)."""
 
@@ -106,7 +106,8 @@ def _outdone(bench: Workbench, final: Solved, base: Solved) -> float:
     if not base.freed:
         base.freed.extend(one.evidence for one in free_dependences(bench, base))
     allowed = OUTDONE if len(final.names) == len(base.names) + 1 else SEVERAL_OUTDONE
-    return (max(base.freed, default=0.0) - SIGNIFICANT) / (allowed * max(bench.evidence(base, final), SIGNIFICANT))
+    ratio = (max(base.freed, default=0.0) - SIGNIFICANT) / (allowed * max(bench.evidence(base, final), SIGNIFICANT))
+    return max(ratio, 0.0) ** 3  # a free function of the right quantity always comes near
 
 
 def spectral_line(bench: Workbench, final: Solved) -> Dependence | None:

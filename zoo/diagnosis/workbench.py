@@ -29,8 +29,8 @@ FAR = 1.5
 QUIET = 0.7
 """Ratio of a residual's RMS to the white noise below which there is nothing left to explain."""
 VARIED_REFERENCE = "a reference that changes"
-WORTH_RESHAPING = 2.0
-"""χ² that another shape must gain for the fit to start from there once more."""
+WORTH_RESHAPING, RESHAPED = 2.0, 2
+"""χ² that another shape must gain for the fit to start from there once more, and how often it may."""
 COARSE, FINE = 1e-3, 1e-4
 """Tolerance of the fit of a candidate, which decides by evidence of 5 and more, and of a model that is kept."""
 
@@ -209,8 +209,12 @@ class Workbench:
     def finish(self, solved: Solved, added: tuple[str, ...] = ()) -> Solved:
         """Fit on from a coarse solution, and again from wherever the shape of an added effect is better beside all the others as they are now."""
         fine = self.solve(solved.names, [solved.fit.theta], solved.likely.place)
-        starts = [start for name in added for start in self._reshaped(fine, name)]
-        return self.solve(fine.names, starts, fine.likely.place) if starts else fine
+        for _ in range(RESHAPED):
+            starts = [start for name in added for start in self._reshaped(fine, name)]
+            if not starts:
+                break
+            fine = self.solve(fine.names, starts, fine.likely.place)
+        return fine
 
     def _reshaped(self, solved: Solved, name: str) -> list[Tensor]:
         """θ with another shape for one effect, where its surroundings have a better one."""
