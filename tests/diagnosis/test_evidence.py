@@ -125,7 +125,7 @@ def test_the_absolute_test_does_not_rest_on_the_colour_of_the_noise_alone(diagno
     """Level and smooth dependences fail a fault by themselves, each."""
     found = diagnosis("rate_temperature_coupling")
     bench, base, final = found.bench, found.search.base, found.search.final
-    monkeypatch.setattr(type(bench.mixtures), "used_up", lambda mixtures, noise: 0.0)
+    monkeypatch.setattr(type(bench.mixtures), "much_walk", lambda mixtures, noise: False)
     assert examine(bench, final, base).is_noise
     assert not examine(bench, base, base).is_noise
     monkeypatch.setattr("zoo.diagnosis.structure.free_dependences", lambda bench, final: [])
@@ -207,4 +207,4 @@ def test_the_likeliest_mixture_resembles_the_noise_that_was_drawn(diagnosis, mix
     dof = found.bench.blocks - columns.shape[1]
     assert sum(one.cost for one in results) / 4 / dof == pytest.approx(1, abs=0.08)
     assert sum(one.noise.white for one in results) / 4 == pytest.approx(share[0], rel=0.12)
-    assert not any(mixtures.used_up(one.noise) >= 1 for one in results)
+    assert not any(mixtures.much_walk(one.noise) for one in results)

@@ -15,8 +15,10 @@ from zoo.scoring.noise import NoiseModel, Whitener
 
 FLICKER_SHARES = (0.035, 0.18, 0.42, 0.85, 1.4)
 """Bias instability over the white noise of a block: medium and tactical gyros have 0.05 to 1.7."""
-WALK_SHARES = (0.0, 0.1, 0.3, 0.5, 0.8)
-"""Rate random walk per √h over the white noise of a block: they have 0.02 to 0.8."""
+WALK_SHARES = (0.0, 0.1, 0.3, 0.5, 0.8, 1.6)
+"""Rate random walk per √h over the white noise of a block: medium gyros have 0.02 to 0.8, tactical ones up to 1.7."""
+MUCH_WALK = 0.8
+"""Share from which a walk is looked at more closely."""
 LEVEL_SPREAD = 0.05
 """How well the white level is known, as a share."""
 LEVELS = tuple(1.0 + 0.02 * i for i in range(-5, 6))
@@ -66,9 +68,9 @@ class NoiseMixtures:
             self._made[place] = (noise, Whitener(noise, self.runs))
         return self._made[place]
 
-    def used_up(self, noise: NoiseModel) -> float:
-        """Random walk of a mixture over the most that gyros have; above 1 the residual is hardly noise."""
-        return noise.walk / (0.99 * WALK_SHARES[-1] * noise.white)
+    def much_walk(self, noise: NoiseModel) -> bool:
+        """Whether a mixture walks as few gyros do, so that something else may be taken for a walk."""
+        return noise.walk >= 0.99 * MUCH_WALK * noise.white
 
     def most_likely(self, columns: Tensor, target: Tensor, start: Place = START) -> Likely:
         """Climb to the likeliest mixture, the amplitudes fitted under each.

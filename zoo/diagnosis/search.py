@@ -224,7 +224,7 @@ def settle(
         found = search(bench, bench.solve(names), candidates, progress)
     likely, assumed = found.final.likely.noise, bench.noise
     as_assumed = likely.walk < SLOW * likely.white and likely.flicker < RECONSIDER * assumed.flicker
-    if as_assumed or bench.mixtures.used_up(likely) >= 1.0:
+    if as_assumed or bench.mixtures.much_walk(likely):
         return bench, found
     again = bench.with_noise(likely)
     second = search(again, again.solve(names), candidates, progress)

@@ -21,6 +21,8 @@ SIGNIFICANT = 5.0
 """Log Bayes factor of a free function over none."""
 MATERIAL = 0.08
 """Share of the noise variance that a free function must explain to matter."""
+KURTOSIS = 4.0
+"""Standard deviations of the excess kurtosis of normal numbers, √(24/N), that chance may give."""
 OUTDONE, SEVERAL_OUTDONE = 1.05, 0.9
 """Evidence of a free function over that of one named effect above which that is not what it is; over that of several, which have no reason to add up
 to a function of one quantity."""
@@ -74,7 +76,7 @@ def examine(bench: Workbench, final: Solved, base: Solved) -> Structure:
     """Test the residual of a model against noise, absolutely.
 
     Noise means that the likeliest mixture of white, flicker and random walk within what gyros have reaches χ²/dof = 1, within what the noise level is
-    uncertain by, without all the random walk there may be, that what this mixture predicts from the past leaves no spectral line, and that no
+    uncertain by, that the steps of a large random walk are normal, that what this mixture predicts from the past leaves no spectral line, and that no
     smooth function of temperature, rate, time or a recorded input explains a material share. Where effects were added to `base`, a small part of
     what they explained may remain, for a catalogue's form is never nature's; and no smooth function of one quantity alone may have more evidence than
     they have, for a right form needs fewer parameters.
@@ -92,11 +94,20 @@ def examine(bench: Workbench, final: Solved, base: Solved) -> Structure:
     level = excess / (LEVEL_ALLOWED + 3.0 * math.sqrt(2.0 / dof) + forgiven)
     shape = max((min(one.evidence / SIGNIFICANT, one.explains * (1.0 + excess) / (MATERIAL + forgiven)) for one in tried), default=0.0)
     wave = 0.0 if line is None else line.evidence / LINE
-    strain = max(0.0, level, shape, wave, bench.mixtures.used_up(final.likely.noise), _outdone(bench, final, base))
+    strain = max(0.0, level, shape, wave, _jumps(bench, final), _outdone(bench, final, base))
     if final.rms < QUIET * bench.mixtures.white:
         strain = min(strain, 1.0)
     found = (*[one for one in tried if one.matters], *([line] if line is not None and line.matters else []))
     return Structure(strain, excess, found)
+
+
+def _jumps(bench: Workbench, final: Solved) -> float:
+    """Excess kurtosis of the steps of a large random walk, over what chance may give: those of noise are normal, those of a switch are not."""
+    if not bench.mixtures.much_walk(final.likely.noise):
+        return 0.0
+    steps = bench.mixtures.whitener(final.likely.place)[1](final.residual.unsqueeze(1)).squeeze(1)
+    kurtosis = float(steps.pow(4).mean() / steps.square().mean() ** 2) - 3.0
+    return kurtosis / (KURTOSIS * math.sqrt(24.0 / len(steps)))
 
 
 def _outdone(bench: Workbench, final: Solved, base: Solved) -> float:
