@@ -13,12 +13,14 @@ import torch
 from torch import Generator
 
 from zoo.catalog import build, names
+from zoo.diagnosis.acceptance import ACCEPT
 from zoo.diagnosis.alike import indistinguishable
 from zoo.diagnosis.cross_validation import rms_by_run, segment_cost
 from zoo.diagnosis.posterior import TEMPER, believed, hypotheses, posterior, unknown
 from zoo.diagnosis.screening import Screened, screen
-from zoo.diagnosis.search import ACCEPT, Search, Trial, what_helps
+from zoo.diagnosis.search import Search, what_helps
 from zoo.diagnosis.structure import examine
+from zoo.diagnosis.trials import Trial
 from zoo.fitting.projection import project
 from zoo.scoring.noise import NoiseModel
 

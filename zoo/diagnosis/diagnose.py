@@ -17,8 +17,9 @@ from zoo.diagnosis.parameters import fitted_parameters
 from zoo.diagnosis.posterior import hypotheses, posterior, unknown
 from zoo.diagnosis.preparation import check_swing, without_spikes
 from zoo.diagnosis.regions import regions, runs_rms
-from zoo.diagnosis.search import Search, Step, Trial, settle, what_helps
+from zoo.diagnosis.search import Search, settle, what_helps
 from zoo.diagnosis.structure import Structure, examine
+from zoo.diagnosis.trials import Step, Trial
 from zoo.diagnosis.workbench import Solved, Workbench
 from zoo.effects.base import Effect
 from zoo.errors import InputError, nearest

@@ -8,8 +8,10 @@ from dataclasses import dataclass
 import torch
 from torch import Tensor
 
-from zoo.diagnosis.search import ACCEPT, Search, Step, Trial
+from zoo.diagnosis.acceptance import ACCEPT
+from zoo.diagnosis.search import Search
 from zoo.diagnosis.structure import Structure
+from zoo.diagnosis.trials import Step, Trial
 
 FAINT = 1e-12
 

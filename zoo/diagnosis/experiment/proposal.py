@@ -15,7 +15,7 @@ import torch
 from zoo.diagnosis.experiment.family import Candidate
 from zoo.diagnosis.experiment.prediction import Predicted
 from zoo.errors import InputError
-from zoo.units import convert
+from zoo.units import UNITS, convert
 
 POINTS = 160
 """How many points of the predicted curves are written down."""
@@ -73,7 +73,8 @@ class Proposal:
         sentences = [
             f"{_capital(self.candidate.name)} ({self.candidate.seconds / 3600:.1f} h): {self.candidate.why}.",
             f"Between {first} and {second} their predictions, refitted to each other, come to differ by up to "
-            f"{float(self.difference.abs().max()):.2g} {self.predicted.run.unit}; a log Bayes factor of {self.evidence:.0f} is to be expected.",
+            f"{float(self.difference.abs().max()):.2g} {_symbol(self.predicted.run.unit)}; "
+            f"a log Bayes factor of {self.evidence:.0f} is to be expected.",
         ]
         if not self.enough:
             sentences.append("That is less than a clear decision takes: take the run several times, or more quietly.")
@@ -143,3 +144,8 @@ def _is_rate(unit: str) -> bool:
 
 def _capital(words: str) -> str:
     return words[0].upper() + words[1:]
+
+
+def _symbol(unit: str) -> str:
+    """A unit as usually written."""
+    return UNITS[unit].symbol if unit in UNITS else unit

@@ -1,0 +1,81 @@
+"""What makes an addition worth while, and what makes it superfluous."""
+
+from __future__ import annotations
+
+import math
+
+from zoo.diagnosis.cross_validation import segment_cost
+from zoo.diagnosis.structure import examine
+from zoo.diagnosis.trials import OVERWHELMING, Trial
+from zoo.diagnosis.workbench import FAR, QUIET, Solved, Workbench
+
+ACCEPT = 5.0
+"""Log Bayes factor that an effect must reach over the model without it, on top of the logarithm of the number of candidates (150 : 1)."""
+MOPPING_UP = 0.03
+"""Share of the variance explained so far below which an addition is taken for a correction to it (17 % in amplitude)."""
+MINOR = 0.15
+"""Share of the evidence of all added effects below which one of them may be a correction to the others."""
+MATERIAL = 0.1
+"""Share of the variance above the white noise that an addition must take away."""
+
+
+def convinces(bench: Workbench, base: Solved, before: Solved, best: Trial, candidates: int) -> bool:
+    """Whether an addition is worth it: strong evidence, more than a correction, and a visible gain with lower error on pieces that were not fitted.
+
+    Where it leaves noise, evidence is enough: what happens once in a run, such as a warm-up, no other piece of it predicts.
+    """
+    if best.solved is None or not best.refitted or best.evidence < ACCEPT + math.log(max(candidates, 1)):
+        return False
+    if before.rms < QUIET * bench.mixtures.white:
+        return False
+    if _mops_up(bench, base, before, best):
+        return False
+    if best.solved.rms >= before.rms:
+        return False
+    if _material(bench, before, best.solved) and segment_cost(bench, best.solved) < segment_cost(bench, before):
+        return True
+    return examine(bench, best.solved, base).is_noise
+
+
+def _material(bench: Workbench, before: Solved, after: Solved) -> bool:
+    """Whether an addition takes away a fair part of what is more than white noise; a little of much is hardly what is missing."""
+    return before.rms**2 - after.rms**2 >= MATERIAL * max(before.rms**2 - bench.mixtures.white**2, 0.0)
+
+
+def best_of(bench: Workbench, convincing: list[Trial]) -> Trial | None:
+    """The one with the strongest evidence; where that leaves much, the one that predicts pieces best which were not fitted.
+
+    Likelihoods compare models of which one is true up to noise. While something else is missing as well, a flexible effect wins by bending to it.
+    """
+    if not convincing or convincing[0].solved is None:
+        return None
+    if convincing[0].solved.rms <= FAR * bench.mixtures.white:
+        return convincing[0]
+    return min(convincing, key=lambda trial: segment_cost(bench, trial.solved) if trial.solved else math.inf)
+
+
+def _mops_up(bench: Workbench, base: Solved, before: Solved, addition: Trial) -> bool:
+    """Whether an addition may be making up for the simplified form of those before it.
+
+    That is where it explains little beside them, or where they left noise and it adds little to the evidence.
+    """
+    assert addition.solved is not None
+    explained, more = base.rms**2 - before.rms**2, before.rms**2 - addition.solved.rms**2
+    if explained <= 0:
+        return False
+    little = addition.evidence < OVERWHELMING and more < MOPPING_UP * explained
+    return little or (addition.evidence < MINOR * bench.evidence(base, before) and examine(bench, before, base).is_noise)
+
+
+def pruned(bench: Workbench, full: Solved, base: Solved) -> Solved:
+    """Drop added effects, all but the newest, that the model no longer needs.
+
+    One that adds a little to the evidence is needed only where there would be more than noise without it: else it makes up for the simplified form
+    of another.
+    """
+    for name in [other for other in full.names[:-1] if other not in base.names]:
+        less = bench.without(full, name)
+        own = bench.evidence(less, full)
+        if own < ACCEPT or (own < MINOR * bench.evidence(base, full) and examine(bench, less, base).is_noise):
+            full = less
+    return full

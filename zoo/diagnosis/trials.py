@@ -1,0 +1,95 @@
+"""One round: every candidate tried beside one model."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+
+from zoo.diagnosis.screening import Screened, screen
+from zoo.diagnosis.workbench import Solved, Workbench
+
+HOPELESS = -8.0
+"""A candidate whose projected evidence is below this is not refitted."""
+OVERWHELMING = 40.0
+"""Log Bayes factor that needs no further argument."""
+SURE = 3
+"""Parameters that a candidate is charged for before anybody knows which of its amplitudes the runs call for."""
+GLANCED = 6
+"""How many of the best candidates by projection have their evidence computed."""
+FAR_BEHIND = 0.2
+"""Share of the best evidence at a glance below which a candidate is not refitted, where the best is overwhelming."""
+REFITS, LOOKED_FAR = 3, 2
+"""How many of the best candidates are refitted, and for how many of these the coil is looked for elsewhere as well."""
+
+
+@dataclass(eq=False)
+class Trial:
+    """One candidate added to one model.
+
+    Attributes:
+        screened: its best guess from projection.
+        solved: the model with it, or None where the guess was hopeless.
+        evidence: log Bayes factor over the model without it.
+        refitted: whether the nonlinear parameters were fitted again.
+    """
+
+    screened: Screened
+    solved: Solved | None
+    evidence: float
+    refitted: bool
+
+
+@dataclass(eq=False)
+class Step:
+    """One round of the forward search.
+
+    Attributes:
+        before: the model at its start.
+        trials: all candidates, best first.
+        chosen: the effect that was added, or None.
+    """
+
+    before: Solved
+    trials: list[Trial]
+    chosen: str | None = None
+
+
+def round_of(bench: Workbench, before: Solved, names: list[str], progress: Callable[[str], None]) -> Step:
+    """The candidates of a list beside a model: all projected, the best looked at, the best of these refitted."""
+    trials = glances(bench, before, screen(bench, before, names))
+    for rank, trial in enumerate(_worth_arefit(trials)):
+        progress(f"{' + '.join(before.names)} + {trial.screened.name}?")
+        refit(bench, before, trial, far=rank < LOOKED_FAR)
+    trials.sort(key=lambda trial: (not trial.refitted, -trial.evidence))
+    return Step(before, trials)
+
+
+def refit(bench: Workbench, before: Solved, trial: Trial, far: bool) -> None:
+    """Fit a trial's nonlinear parameters; `far` looks for its shape at other places of the coil as well."""
+    trial.solved = bench.extend(before, trial.screened.name, trial.screened.shape, far=far)
+    trial.evidence, trial.refitted = bench.evidence(before, trial.solved), True
+
+
+def glances(bench: Workbench, before: Solved, candidates: list[Screened]) -> list[Trial]:
+    """The best candidates with nothing nonlinear refitted; others get what projection guesses, and no more than the least of these."""
+    guesses = [0.5 * one.gain - 0.5 * min(one.freedom, SURE) * math.log(bench.effective_samples) for one in candidates]
+    least = max([HOPELESS, *sorted(guesses, reverse=True)[GLANCED : GLANCED + 1]])
+    near = [_glance(bench, before, one) for one, guess in zip(candidates, guesses, strict=True) if guess > least or one is candidates[0]]
+    most = min((trial.evidence for trial in near), default=0.0)
+    known = {trial.screened.name: trial for trial in near}
+    return [known.get(one.name) or Trial(one, None, min(guess, most), False) for one, guess in zip(candidates, guesses, strict=True)]
+
+
+def _glance(bench: Workbench, before: Solved, candidate: Screened) -> Trial:
+    solved = bench.peek(before, candidate.name, candidate.shape)
+    return Trial(candidate, solved, bench.evidence(before, solved), False)
+
+
+def _worth_arefit(trials: list[Trial]) -> list[Trial]:
+    """The candidates with the largest evidence at a glance that are not far behind the first, and the one with the largest gain: a bent coil may hide
+    either."""
+    hopeful = [trial for trial in trials if trial.solved is not None]
+    best = sorted(hopeful, key=lambda trial: -trial.evidence)[:REFITS]
+    near = [trial for trial in best if trial.evidence > FAR_BEHIND * best[0].evidence or best[0].evidence < OVERWHELMING]
+    return near + [trial for trial in hopeful[:1] if trial not in near]
