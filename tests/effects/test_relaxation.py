@@ -122,7 +122,7 @@ def test_through_the_transition_mohrs_coefficient_changes_by_the_jump(at) -> Non
     """The angles are functions of state, w·ln(1 + e^z) and w·tanh z."""
     time = torch.arange(0, 18001, 10.0, dtype=torch.float64)
     history = at(time, -20 + 120 / 18000 * time)
-    jump, peak = columns("glass_transition", history, 30.0, 6.0).T
+    jump, peak = columns("glass_transition", history, 30.0, 6.0, 1.0).T
     z = (history.temperature - 30.0) / 6.0
     for found, state in ((jump, 6.0 * torch.nn.functional.softplus(z)), (peak, 6.0 * z.tanh())):
         angle = torch.cumulative_trapezoid(found, history.time / 60)
@@ -136,7 +136,7 @@ def test_through_the_transition_mohrs_coefficient_changes_by_the_jump(at) -> Non
 def test_far_from_the_transition_it_is_mohrs_effect_or_nothing(seen) -> None:
     history = seen(build("effects", "mohr"))
     rate = columns("mohr", history)[:, 0]
-    rubber, glass = (columns("glass_transition", history, transition, 3.0) for transition in (-200.0, 200.0))
+    rubber, glass = (columns("glass_transition", history, transition, 3.0, 1.0) for transition in (-200.0, 200.0))
     torch.testing.assert_close(rubber[:, 0], rate, rtol=0, atol=1e-12)
     assert float(torch.cat([rubber[:, 1:], glass], -1).abs().max()) < 1e-12
 
@@ -144,7 +144,7 @@ def test_far_from_the_transition_it_is_mohrs_effect_or_nothing(seen) -> None:
 def test_a_sharp_transition_is_mohrs_effect_above_it(seen) -> None:
     history = seen(build("effects", "mohr"))
     away = (history.temperature - 17.0).abs() > 1e-3
-    sharp = columns("glass_transition", replace(history), 17.0, 1e-5)
+    sharp = columns("glass_transition", replace(history), 17.0, 1e-5, 1.0)
     expected = torch.where(history.temperature > 17.0, history.rate, 0.0)
     torch.testing.assert_close(sharp[away, 0], expected[away], rtol=0, atol=1e-12)
     assert float(sharp[away, 1].abs().max()) < 1e-12

@@ -46,7 +46,7 @@ STANDS = {
     "thermal_gradient": Stand("nothing", True, (-1, -1)),
     "sensor_lag": Stand("nothing", True, (-1,)),
     "rate_temperature_coupling": Stand("nothing", True, (1, -1)),
-    "glass_transition": Stand("nothing", True, (0, -1), shape=(MIRROR_C, 8.0)),
+    "glass_transition": Stand("nothing", True, (0, -1), shape=(MIRROR_C, 8.0, 1.0)),
     "viscoelastic": Stand("nothing", True, (-1,), shape=(2.0, 0.0)),
     "hysteresis": Stand("constant", False, (-1,)),
     "polarization": Stand("constant", False, (1, -1, 1, -1, 1, -1)),
@@ -59,7 +59,7 @@ STANDS = {
     "aging": Stand("goes on", False, (1,)),
     "moisture": Stand("goes on", False, (0, 0)),
     "fixture_rotation": Stand("nothing", True, (-1,), "sign"),
-    "chamber_cycling": Stand("goes on", None, (1,) * 8),
+    "chamber_cycling": Stand("goes on", None, (1,) * 16),
     "bias_step": Stand("constant", False, (1,)),
     "dead_band": Stand("constant", False, (1,), "value"),
 }
