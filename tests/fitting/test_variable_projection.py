@@ -75,6 +75,8 @@ def test_bounds_hold_and_the_fit_rests_on_them(outside, bound) -> None:
 
     found = fit(watched, torch.exp(-TIME / outside), at(2.0), iterations=60, tolerance=1e-12)
     assert float(found.theta[0]) == bound
+    assert not bool(found.tangent.any()), "its bound holds it back: to first order it explains nothing more"
+    assert not bool(found.plain[:, 1:].any())
     assert all(float(theta.min()) >= 0 and float(theta.max()) <= 1 for theta in seen), "nothing was ever computed out of bounds"
 
 

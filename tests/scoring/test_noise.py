@@ -8,7 +8,7 @@ import pytest
 import torch
 from torch import Generator, Tensor
 
-from zoo.scoring.noise import WHITENED_AT_ONCE, Blocks, NoiseModel, Whitener, white_level
+from zoo.scoring.noise import WHITENED_AT_ONCE, Blocks, NoiseModel, Whitener, effective_samples, white_level
 
 BLOCK_S = 100.0
 SIGMA = 0.008
@@ -231,3 +231,29 @@ def test_a_long_run_is_cut_into_pieces() -> None:
     whitener = Whitener(NoiseModel(1.0, 0.3), [grid(count)])
     assert whitener.sizes == [WHITENED_AT_ONCE, 30]
     assert whitener(torch.ones(count, 1, dtype=torch.float64)).shape == (count, 1)
+
+
+def test_white_noise_has_as_many_effective_samples_as_blocks_and_coloured_noise_fewer() -> None:
+    blocks = Blocks(torch.arange(300, dtype=torch.float64) * 100.0, torch.ones(300, dtype=torch.float64))
+    counts = [effective_samples(NoiseModel(1.0, flicker), [blocks, blocks]) for flicker in (0.0, 0.3, 1.0)]
+    assert counts[0] == pytest.approx(600)
+    assert counts[0] > counts[1] > counts[2] > 1
+
+
+def test_effective_samples_scatter_as_the_mean_square_does() -> None:
+    """Var(mean of squares)/(2·its mean²) is 1/n, by drawing."""
+    noise, blocks = NoiseModel(1.0, 1.2), Blocks(torch.arange(200, dtype=torch.float64) * 100.0, torch.ones(200, dtype=torch.float64))
+    root = torch.linalg.cholesky(noise.covariance(blocks))
+    squares = (root @ torch.randn(200, 20000, generator=Generator().manual_seed(3), dtype=torch.float64)).square().mean(dim=0)
+    assert 2 * float(squares.mean() ** 2 / squares.var()) == pytest.approx(effective_samples(noise, [blocks]), rel=0.05)
+
+
+@pytest.mark.parametrize("size", [7, 60, 400])
+def test_the_product_by_bands_is_the_product(size) -> None:
+    """Also where whole columns are zero."""
+    blocks = Blocks(torch.arange(size, dtype=torch.float64) * 100.0, torch.ones(size, dtype=torch.float64))
+    whitener = Whitener(NoiseModel(1.0, 0.4, 0.2), [blocks, blocks])
+    columns = torch.randn(5, 2 * size, 30, generator=Generator().manual_seed(1), dtype=torch.float64)
+    columns[:, :size, :25] = 0.0
+    expected = torch.cat([whitener.factors[0] @ columns[:, :size], whitener.factors[1] @ columns[:, size:]], dim=1)
+    torch.testing.assert_close(whitener(columns), expected, rtol=1e-12, atol=1e-12)

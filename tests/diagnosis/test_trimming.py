@@ -1,0 +1,59 @@
+"""Effects with amplitudes that a gyro does not call for."""
+
+from __future__ import annotations
+
+import math
+
+import pytest
+import torch
+from torch import Tensor
+
+from zoo.diagnosis.trimming import trimmed
+from zoo.fitting.projection import project
+
+PRICE = math.log(400.0)
+
+
+def problem(amplitudes: list[float], seed: int = 1) -> tuple[Tensor, Tensor, Tensor]:
+    """Two columns of a base, four of an effect, and two tangents: one that moves all of the effect, one that moves its last column only."""
+    chance = torch.Generator().manual_seed(seed)
+    columns = torch.randn(400, 6, generator=chance, dtype=torch.float64)
+    tangents = torch.randn(400, 2, generator=chance, dtype=torch.float64)
+    moves = torch.tensor([[0, 0, 1, 1, 1, 1], [0, 0, 0, 0, 0, 1]], dtype=torch.bool)
+    target = columns @ torch.tensor([1.0, -1.0, *amplitudes], dtype=torch.float64) + torch.randn(400, generator=chance, dtype=torch.float64)
+    return torch.cat([columns, tangents], dim=1), target, moves
+
+
+@pytest.mark.parametrize("seed", [1, 2, 3, 4])
+def test_only_what_was_planted_is_paid_for(seed) -> None:
+    whitened, target, moves = problem([1.0, 0.0, 0.0, 0.0], seed)
+    found = trimmed(whitened, target, moves, [[2, 3, 4, 5]], PRICE)
+    assert found.freedom == 4, "the base's two, one amplitude, and the parameter that moves it"
+    assert found.choices == pytest.approx(math.log(4))
+    less = whitened[:, [0, 1, 2, 6]]
+    assert found.gain == pytest.approx(float(project(less, target).cost - project(whitened, target).cost), rel=1e-6)
+
+
+def test_nothing_is_left_out_that_is_needed() -> None:
+    whitened, target, moves = problem([1.0, -1.0, 1.0, -1.0])
+    found = trimmed(whitened, target, moves, [[2, 3, 4, 5]], PRICE)
+    assert (found.freedom, found.gain, found.choices) == (8, 0.0, 0.0)
+
+
+def test_a_parameter_goes_with_the_last_column_that_it_moves() -> None:
+    whitened, target, moves = problem([1.0, -1.0, 1.0, 0.0])
+    found = trimmed(whitened, target, moves, [[2, 3, 4, 5]], PRICE)
+    assert found.freedom == 6, "an amplitude and a parameter less"
+
+
+def test_of_every_effect_one_amplitude_stays() -> None:
+    whitened, target, moves = problem([0.0, 0.0, 0.0, 0.0])
+    found = trimmed(whitened, target, moves, [[2, 3], [4, 5]], PRICE)
+    assert found.freedom == 5, "the base's two, one of each effect, and the parameter of both"
+    assert found.choices == pytest.approx(2 * math.log(2))
+
+
+def test_what_may_not_be_trimmed_stays() -> None:
+    whitened, target, moves = problem([0.0, 0.0, 0.0, 0.0])
+    found = trimmed(whitened, target, moves, [], PRICE)
+    assert (found.freedom, found.gain, found.choices) == (8, 0.0, 0.0)
