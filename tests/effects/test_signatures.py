@@ -59,7 +59,7 @@ STANDS = {
     "aging": Stand("goes on", False, (1,)),
     "moisture": Stand("goes on", False, (0, 0)),
     "fixture_rotation": Stand("nothing", True, (-1,), "sign"),
-    "chamber_cycling": Stand("goes on", None, (1,) * 16),
+    "chamber_cycling": Stand("goes on", None, (1,) * 8),
     "bias_step": Stand("constant", False, (1,)),
     "dead_band": Stand("constant", False, (1,), "value"),
 }

@@ -21,6 +21,8 @@ SIGNIFICANT = 5.0
 """Log Bayes factor of a free function over none."""
 MATERIAL = 0.08
 """Share of the noise variance that a free function must explain to matter."""
+BELIEVED = 0.1
+"""Share that is believed of a log Bayes factor between a free function and a named effect of the same quantity."""
 KURTOSIS = 4.0
 """Standard deviations of the excess kurtosis of normal numbers, √(24/N), that chance may give."""
 OUTDONE, SEVERAL_OUTDONE = 1.05, 0.9
@@ -117,8 +119,8 @@ def _outdone(bench: Workbench, final: Solved, base: Solved) -> float:
     if not base.freed:
         base.freed.extend(one.evidence for one in free_dependences(bench, base))
     allowed = OUTDONE if len(final.names) == len(base.names) + 1 else SEVERAL_OUTDONE
-    ratio = (max(base.freed, default=0.0) - SIGNIFICANT) / (allowed * max(bench.evidence(base, final), SIGNIFICANT))
-    return max(ratio, 0.0) ** 3  # a free function of the right quantity always comes near
+    ahead = max(base.freed, default=0.0) - SIGNIFICANT - allowed * bench.evidence(base, final)
+    return math.exp(min(BELIEVED * ahead, 5.0))
 
 
 def spectral_line(bench: Workbench, final: Solved) -> Dependence | None:

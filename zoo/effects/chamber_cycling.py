@@ -9,13 +9,13 @@ from torch import Tensor
 
 from zoo.effects.base import Effect, History, Parameter, physical_value
 
-RUNS, WAVES = 4, 4
+RUNS = 4
 LONGEST_SPAN_S = 86400.0
 FINER = 8
 
 
 class ChamberCycling(Effect):
-    """A line of period P in time and its octave, with a cosine and a sine of their own in each of the first four runs.
+    """A line of period P in time, with a cosine and a sine of its own in each of the first four runs.
 
     A compressor that is switched on and off lets the air swing by 0.2 to 1 K, too fast for a thermometer in the gyro to show what the winding's outer
     layers feel. Its phase is the chamber's, not the program's: nobody knows it for a run that was not fitted, nor for a fifth one, where nothing is
@@ -26,14 +26,11 @@ class ChamberCycling(Effect):
     place = "housing"
     shape = (Parameter("period", 300.0, "s", 120.0, 3600.0, "inverse", source="prior: compressors 2–10 min, slow control 1 h", meaning="P"),)
     amplitudes = tuple(
-        Parameter(
-            f"{wave}_{run}{octave}", 0.0, "unit", -10.0, 10.0, source="engineering prior", meaning=f"{wave} in run {run}{' at P/2' * bool(octave)}"
-        )
+        Parameter(f"{wave}_{run}", 0.0, "unit", -10.0, 10.0, source="engineering prior", meaning=f"{wave} in run {run}")
         for run in range(1, RUNS + 1)
-        for octave in ("", "_octave")
         for wave in ("cosine", "sine")
     )
-    formula = "Σ_{k=1,2} A_run,k·cos(2πkt/P) + B_run,k·sin(2πkt/P)"
+    formula = "A_run·cos(2πt/P) + B_run·sin(2πt/P)"
     source = "engineering prior: air of chambers swings by ±0.2–1 K in 2–10 min"
     signature = "a narrow line in time, whatever the temperature does, with another phase in each run"
     confused_with = ()
@@ -53,11 +50,10 @@ class ChamberCycling(Effect):
         return (1.0 / (1.0 / shape + between)).clamp(self.shape[0].low, self.shape[0].high).unsqueeze(-1)
 
     def columns(self, history: History, shape: Tensor) -> Tensor:
-        """Cosines and sines in the run's own four columns, zero in the others', see `Effect.columns`."""
+        """Cosine and sine in the run's own two columns, zero in the others', see `Effect.columns`."""
         period = shape[..., 0]
         phase = 2 * torch.pi * history.time.reshape(-1, *[1] * period.dim()) / period  # time first, as block means go through it
-        cosine, sine = phase.cos(), phase.sin()
-        own = torch.stack([cosine, sine, 2 * cosine.square() - 1, 2 * sine * cosine], dim=-1)
+        own = torch.stack([phase.cos(), phase.sin()], dim=-1)
         before = history.run - 1 if 1 <= history.run <= RUNS else RUNS  # beyond the last, where the padding cuts them off again
-        columns = torch.nn.functional.pad(own, (WAVES * before, WAVES * (RUNS - 1 - before)))
+        columns = torch.nn.functional.pad(own, (2 * before, 2 * (RUNS - 1 - before)))
         return columns.movedim(0, -2)
