@@ -70,7 +70,7 @@ def _one(rows: Rows) -> Iterator[Line]:
     large, third = of(rows, "one", 1.0), of(rows, "one", 1 / 3 / HALF_OCTAVE, 1 / 3 * HALF_OCTAVE)
     for words, some, target in (("one hidden, ≥ σ₁₀", large, "≥ 97 %"), ("one hidden, σ₁₀/3 (×/÷ √2)", third, "≥ 90 %")):
         yield share(words, target, some, right)
-        yield share(f"{words}, of those the ideal detector sees", "", visible(some), right)
+        yield share(f"{words}, of those that an ideal detector sees with the base refitted", "", visible(some), right)
         yield share(f"{words}, plain exact", "", some, exact)
     yield share("one hidden, any amplitude", "", of(rows, "one"), right)
 
@@ -78,7 +78,7 @@ def _one(rows: Rows) -> Iterator[Line]:
 def _two(rows: Rows) -> Iterator[Line]:
     both = of(rows, "two", 1.0)
     yield share("two hidden, both ≥ σ₁₀: the set", "≥ 88 %", both, right)
-    yield share("two hidden, both ≥ σ₁₀, of those the ideal detector sees", "", visible(both), right)
+    yield share("two hidden, both ≥ σ₁₀, of those that an ideal detector sees with the base refitted", "", visible(both), right)
     yield share("two hidden, both ≥ σ₁₀, plain exact", "", both, exact)
     yield share("two hidden, both ≥ σ₁₀/3", "", of(rows, "two", 1 / 3), right)
 
@@ -90,7 +90,7 @@ def _nothing(rows: Rows) -> Iterator[Line]:
 def _outside(rows: Rows) -> Iterator[Line]:
     large = of(rows, "outside", 1.0)
     yield share("outside the catalogue, ≥ σ₁₀: `unknown`", "≥ 90 %", large, right)
-    yield share("outside the catalogue, ≥ σ₁₀, of those the ideal detector sees", "", visible(large), right)
+    yield share("outside the catalogue, ≥ σ₁₀, of those that an ideal detector sees with the base refitted", "", visible(large), right)
     yield share("outside the catalogue, any amplitude", "", of(rows, "outside"), right)
 
 
@@ -132,7 +132,7 @@ def ratios_by_effect(rows: Rows) -> dict[str, float | None]:
 
 def _rest(rows: Rows) -> Iterator[Line]:
     yield share("proposed experiment separates", "≥ 90 %", [row for row in rows if "separated" in row], lambda row: bool(row["separated"]))
-    for words, some, target in (("", rows, "≤ 0.05"), (", of those the ideal detector sees", visible(rows), "")):
+    for words, some, target in (("", rows, "≤ 0.05"), (", of those that an ideal detector sees with the base refitted", visible(rows), "")):
         error = calibration_error([stated(row) for row in some], [right(row) for row in some]) if some else None
         yield Line(f"calibration error of the verdict's probability{words}", target, error, len(some), None, False)
     yield quantile("seconds to diagnose and refine, median", "", [row["seconds_refine"] for row in rows], 0.5)

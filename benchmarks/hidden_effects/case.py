@@ -91,6 +91,10 @@ class Case:
         """The same without what is hidden and without spikes."""
         return self._read([one.table["rate_dph"] for one in self._recorded])
 
+    def without_noise(self) -> list[Run]:
+        """The base effects alone, as they are in truth: neither what is hidden nor noise."""
+        return self._read([one.table["rate_dph"] - one.noise for one in self._recorded])
+
     def hidden_blocks(self, one: Hidden) -> list[Run]:
         """Runs whose error is one hidden effect and nothing else, in the same blocks."""
         plain = self.without_hidden()

@@ -1,4 +1,4 @@
-"""What of a hidden effect can be seen at all: its matched-filter signal-to-noise beside what the base grey box absorbs."""
+"""What of a hidden effect can be seen at all: how much worse the base grey box, refitted, explains the runs because of it, in the true noise."""
 
 from __future__ import annotations
 
@@ -11,8 +11,11 @@ from torch import Tensor
 
 from zoo.diagnosis.diagnose import open_bench
 from zoo.diagnosis.refine import check_rms
+from zoo.diagnosis.workbench import Solved
 from zoo.effects.base import Effect
-from zoo.fitting.projection import complement, orthonormal
+from zoo.fitting.design import coarse_starts
+from zoo.fitting.projection import project
+from zoo.fitting.variable_projection import fit
 from zoo.measurements.run import Run
 
 
@@ -21,9 +24,10 @@ class Visible:
     """What could be known of a case.
 
     Attributes:
-        sizes: z of each hidden effect, ‖(I − P)s‖ with s its block means, whitened by the true noise. P projects on the columns and tangents of the
-            base grey box at its fit to the case without anything hidden, and on the other hidden effects.
-        check_over_floor: RMS that this fit leaves on the check run without anything hidden, over the noise there.
+        sizes: z of each hidden effect, z² = χ²(with it) − χ²(without it) or 0: the noncentrality of the test for it. Both are the least that the base
+            grey box, its coil and all, leaves of data without noise, weighted by the true noise; the second is what its simplified forms leave
+            anyway. The other hidden effects are known in both but for their amplitudes.
+        check_over_floor: RMS that the base fitted to the case without anything hidden leaves on the check run, over the noise there.
     """
 
     sizes: list[float]
@@ -31,15 +35,14 @@ class Visible:
 
 
 def visible(case: Case, catalogue: dict[str, Effect]) -> Visible:
-    """Fit the base where nothing is hidden, with the true noise."""
+    """Fit the base with the true noise: where nothing is hidden, and with one hidden effect at a time to data without noise."""
     *runs, check = case.without_hidden()
     bench = open_bench(runs, list(BASE), catalogue).with_noise(case.noise)
     base = bench.solve(BASE)
-    signals = [bench.whitener(_blocks(case, place, bench.runs).unsqueeze(1)) for place in range(len(case.hidden))]
-    sizes = []
-    for place, signal in enumerate(signals):
-        others = [other for at, other in enumerate(signals) if at != place]
-        sizes.append(float(complement(signal, orthonormal(torch.cat([base.basis, *others], dim=1))).norm()))
+    plain = _means(bench.runs, case.without_noise())
+    hidden = [_means(bench.runs, case.hidden_blocks(one)) for one in case.hidden]
+    refits = Refits(base)
+    sizes = [refits.size(plain, one, hidden[:place] + hidden[place + 1 :]) for place, one in enumerate(hidden)]
     return Visible(sizes, (check_rms(base.model, [check]) or 0.0) / noise_rms(case.noise_blocks()[-1]))
 
 
@@ -48,6 +51,45 @@ def noise_rms(run: Run) -> float:
     return float(run.block_mean(run.error).square().mean().sqrt())
 
 
-def _blocks(case: Case, place: int, runs: list[Run]) -> Tensor:
-    """(N,) block means of a hidden effect in the blocks of the bench, which has left out spikes."""
-    return torch.cat([run.block_mean(one.error) for run, one in zip(runs, case.hidden_blocks(case.hidden[place]), strict=False)])
+def _means(blocks: list[Run], runs: list[Run]) -> Tensor:
+    """(N, 1) block means of the errors of runs in the blocks of the bench, which has left out spikes [unit]."""
+    return torch.cat([kept.block_mean(run.error) for kept, run in zip(blocks, runs, strict=False)]).unsqueeze(1)
+
+
+class Refits:
+    """Fits of the base to data without noise, each from its fit where nothing is hidden and from the best of a grid over the coil."""
+
+    def __init__(self, base: Solved) -> None:
+        """Keep the columns of the grid.
+
+        Args:
+            base: fitted where nothing is hidden.
+        """
+        self.design, self.near = base.design, base.fit.theta
+        self.grid = coarse_starts(base.design)
+        self.columns = base.design.plain_columns(self.grid)
+
+    def size(self, plain: Tensor, signal: Tensor, others: list[Tensor]) -> float:
+        """How visible a signal is, its z.
+
+        Args:
+            plain: (N, 1) block means of the base effects [unit].
+            signal: (N, 1) of the hidden effect [unit].
+            others: (N, 1) each, of the other hidden effects [unit].
+        """
+        known = torch.cat([plain.new_zeros(len(plain), 0), *others], dim=1)
+        gained = self._least(plain + signal, known) - self._least(plain, known)
+        return max(gained, 0.0) ** 0.5
+
+    def _least(self, means: Tensor, known: Tensor) -> float:
+        """Least χ² of the base and of known signals (N, M) of free amplitudes; whether these are in the means (N, 1) makes no difference."""
+        weigh = self.design.whitener
+        target = weigh(means).squeeze(1)
+        costs = project(weigh(_beside(self.columns, known)), target).cost
+        starts = [self.near, self.grid[costs.argmin()]]
+        return min(fit(lambda theta: _beside(self.design.plain_columns(theta), known), target, start, weigh=weigh).cost for start in starts)
+
+
+def _beside(columns: Tensor, known: Tensor) -> Tensor:
+    """(B, N, K) and (N, M) -> (B, N, K+M)."""
+    return torch.cat([columns, known.expand(len(columns), *known.shape)], dim=2)

@@ -14,7 +14,7 @@ from zoo.cli.saved_models import folder_settings
 from zoo.models.bp import BP
 from zoo.models.hybrid import Hybrid
 
-FLOOR = 1.3
+FLOOR = 1.2
 """RMS on a run that was not fitted, over its noise floor, that a complete model may have."""
 
 
@@ -24,16 +24,16 @@ def run(verb: str, *arguments: str) -> int:
         return application.run(verb, list(arguments))
 
 
-def simulated(folder: Path, hidden: str, seed: int) -> Path:
-    given = ["amplitude=0.12", "runs=2", "sample_s=20", "thermometers=1", f"seed={seed}", "pictures=false"]
+def simulated(folder: Path, hidden: str, seed: int, runs: int = 2) -> Path:
+    given = ["amplitude=0.12", f"runs={runs}", "sample_s=20", "thermometers=1", f"seed={seed}", "pictures=false"]
     assert run("simulate", f"hidden={hidden}", *given, f"hydra.run.dir={folder}") == 0
     return folder
 
 
 @pytest.fixture(scope="module")
 def gyro(tmp_path_factory) -> Path:
-    """Runs of a gyro with hysteresis, which a map of the thermometer and its rate cannot follow."""
-    return simulated(tmp_path_factory.mktemp("gyro"), "hysteresis", 3)
+    """Runs of a gyro with hysteresis, which a map of the thermometer and its rate cannot follow; three, for two leave open how a network goes on."""
+    return simulated(tmp_path_factory.mktemp("gyro"), "hysteresis", 3, runs=3)
 
 
 def data(folder: Path) -> list[str]:
@@ -70,8 +70,9 @@ def test_a_polynomial_lacks_the_fringes(tmp_path) -> None:
     assert run("train", "model=polynomial", "model.order=4", *data(fringes), f"hydra.run.dir={out}") == 0
     assert run("diagnose", f"model={out}", *data(fringes), f"hydra.run.dir={tmp_path / 'out'}") == 0
     found = result(tmp_path / "out", "diagnosis.json")
-    # A map of the thermometer does not know the coil's lag either, which may be named after the fringes.
-    assert (found["verdict"], found["missing"][0]) == ("missing", "polarization")
+    assert (found["verdict"], found["missing"]) == ("missing", ["polarization"]), "at a coil that a map of the thermometer says nothing of"
+    truth, period = result(fringes, "truth.json")["parameters"]["polarization"]["period"]["value"], found["parameters"]["polarization"]["period"]
+    assert abs(period["value"] - truth) < 4 * period["stderr"]
     assert next(one["probability"] for one in found["candidates"] if one["effect"] == "polarization") > 0.9
 
 
@@ -114,7 +115,8 @@ def test_a_hybrid_is_trained_and_beats_its_network(gyro, network, tmp_path) -> N
         assert metrics["rms_check"] < 0.6 * result(network, "metrics.json")["rms_check"]
         for parameter in ("width", "amplitude"):
             found = metrics["physical"]["hysteresis"][parameter]
-            assert abs(found["value"] - truth[parameter]["value"]) < 4 * found["stderr"] < 4 * abs(found["value"])
+            assert found["value"] == pytest.approx(truth[parameter]["value"], rel=0.2), "the error bar knows of one network only"
+            assert 4 * found["stderr"] < abs(found["value"])
 
 
 def test_a_networks_name_alone_takes_it_as_it_is(gyro, tmp_path) -> None:

@@ -179,7 +179,9 @@ def test_all_that_is_said_of_a_candidate_is_from_one_round(diagnosis, hidden) ->
         if trial.solved is not None:
             assert (one["rms"], one["delta_bic"]) == (trial.solved.rms, pytest.approx(-2 * trial.evidence))
     assert said[hidden]["parameters"] == found.record["parameters"][hidden]
-    assert said[hidden]["rms"] == pytest.approx(found.record["rms_final"], rel=0.04), "the final model is fitted on, in another shape if need be"
+    assert found.record["rms_final"] < 1.002 * said[hidden]["rms"], "the final model is fitted on"
+    if hidden == "bias_step":
+        assert found.record["rms_final"] > 0.998 * said[hidden]["rms"], "in the same shape: it has no lines to look for"
 
 
 def test_where_nothing_suffices_only_large_steps_are_named(diagnosis) -> None:

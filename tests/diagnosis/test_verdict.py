@@ -44,7 +44,7 @@ def test_a_hidden_effect_is_named(diagnosis, simulation, white, name) -> None:
     best = record["candidates"][0]
     assert name in {best["effect"], *best["indistinguishable_from"]}
     assert record["missing"] == [best["effect"]]
-    assert sum(one["probability"] for one in record["candidates"] if one["effect"] in {best["effect"], *best["indistinguishable_from"]}) > 0.75
+    assert sum(one["probability"] for one in record["candidates"] if one["effect"] in {best["effect"], *best["indistinguishable_from"]}) > 0.9
     assert best["delta_bic"] < -20
     assert record["rms_final"] == pytest.approx(white, rel=0.15)
     assert record["rms"] > 1.15 * record["rms_final"]
@@ -52,7 +52,7 @@ def test_a_hidden_effect_is_named(diagnosis, simulation, white, name) -> None:
 
 @pytest.mark.parametrize("name", ABSORBED)
 def test_an_effect_that_the_model_absorbs_is_not_invented(diagnosis, name) -> None:
-    record = diagnosis(name, 1, FAINT).record
+    record = diagnosis(name, 1, *([] if name == "sensor_lag" else [FAINT])).record
     assert record["verdict"] in {"complete", "missing"}
     assert set(record["missing"]) <= {name}
     assert record["rms_final"] < 1.1 * record["noise_floor"]

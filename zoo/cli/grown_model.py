@@ -22,7 +22,6 @@ from zoo.measurements.run import Run
 from zoo.models.base import Model
 from zoo.models.graybox import GrayBox
 from zoo.models.hybrid import Hybrid
-from zoo.training.alternating import Alternating
 from zoo.training.scores import residual_blocks, score_runs
 
 Progress = Callable[[str], None]
@@ -110,6 +109,8 @@ def _judge(record: dict[str, Any]) -> None:
 
 def _grown(asked: Subject, solved: Solved, runs: Sequence[Run]) -> tuple[Model, dict[str, Any]]:
     """The network and the effects of one fit, trained on together from there, with their parameters; where nothing is new, the model as given."""
+    from zoo.training.alternating import Alternating  # Lightning behind it takes seconds, which a sum of effects needs not wait for
+
     assert asked.network is not None
     linear = copy.deepcopy(solved.model).cpu()
     effects = {name: effect for name, effect in linear.named_effects() if name != asked.term}

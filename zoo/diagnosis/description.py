@@ -15,6 +15,7 @@ from zoo.diagnosis.forms import POLYNOMIALS, wave
 from zoo.diagnosis.free_functions import TOGETHER, FreeFunction, functions_of, weigh
 from zoo.diagnosis.quantities import CLOCK, RATE, SIZE
 from zoo.diagnosis.restless import restless
+from zoo.diagnosis.structure import MATERIAL, SIGNIFICANT
 from zoo.diagnosis.workbench import Solved, Workbench
 from zoo.effects.base import Parameter
 
@@ -24,8 +25,6 @@ SMOOTH = 0.3
 """Share of the residual's variance that a form must account for to be called what the residual is like (16 % in RMS)."""
 FURTHER = 0.05
 """Share of the whole residual below which a further dependence is a correction to the first."""
-SIGNIFICANT, MATERIAL = 5.0, 0.08
-"""Log Bayes factor, and share of what is left, that a dependence must reach to be named."""
 AS_GOOD = 0.9
 """Part of the share explained from which another quantity does about as well."""
 UNLIKE = 0.5

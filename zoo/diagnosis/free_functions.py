@@ -14,6 +14,8 @@ from zoo.fitting.projection import project
 
 ORDER = 6
 JOINT_ORDER = 3
+BY_CHANCE = 2.0
+"""Standard deviations of χ² that columns may gain without a look at whether another noise would suit them better."""
 TOGETHER = "the coil's temperature and its rate together"
 
 
@@ -125,6 +127,8 @@ def weigh(bench: Workbench, solved: Solved, free: Tensor, beside: Tensor | None 
     known = solved.fit.plain if beside is None else torch.cat([solved.fit.plain, beside], dim=1)
     before = solved.likely if beside is None else bench.mixtures.most_likely(known, solved.design.error, solved.likely.place)
     columns = torch.cat([known, free], dim=1)
-    after = bench.mixtures.most_likely(columns, solved.design.error, before.place)
+    after = bench.mixtures.at(before.place, columns, solved.design.error)
+    if after.logarithm - before.logarithm > 0.5 * (free.shape[1] + BY_CHANCE * math.sqrt(2.0 * free.shape[1])):
+        after = bench.mixtures.most_likely(columns, solved.design.error, before.place)
     left = float(project(columns, solved.design.error).cost) / float(project(known, solved.design.error).cost)
     return 1.0 - left, after.logarithm - before.logarithm - 0.5 * free.shape[1] * math.log(bench.effective_samples)

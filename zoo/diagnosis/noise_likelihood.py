@@ -86,13 +86,17 @@ class NoiseMixtures:
         while True:
             for near in _neighbours(place):
                 if near not in known:
-                    known[near] = self._at(near, joined)
+                    known[near] = self._joined(near, joined)
             best = max(_neighbours(place), key=lambda near: known[near].logarithm)
             if best == place:
                 return known[place]
             place = best
 
-    def _at(self, place: Place, joined: Tensor) -> Likely:
+    def at(self, place: Place, columns: Tensor, target: Tensor) -> Likely:
+        """One mixture, see `most_likely`."""
+        return self._joined(place, torch.cat([columns, target.unsqueeze(1)], dim=1))
+
+    def _joined(self, place: Place, joined: Tensor) -> Likely:
         noise, whitener = self.whitener(place)
         white = whitener(joined)
         cost = float(project(white[:, :-1], white[:, -1]).cost)

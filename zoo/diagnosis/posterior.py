@@ -18,8 +18,8 @@ FAINT = 1e-12
 TEMPER = 0.3
 """Share of a log Bayes factor beyond the threshold that is believed: there formulas that are not nature's decide, and no longer chance."""
 STEEPNESS = 1.5
-"""How fast the odds of an unknown effect rise with the strain, as its power; both from simulated gyros of benchmarks/hidden.py with seeds of their
-own."""
+"""How fast the odds of an unknown effect rise with the strain, as its power. Both are engineering choices: how far they are from calibrated is what
+benchmarks/hidden.py prints."""
 
 
 @dataclass(frozen=True)

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import torch
 
-from zoo.diagnosis.free_functions import free_functions
+from zoo.diagnosis.free_functions import free_functions, weigh
 from zoo.diagnosis.workbench import QUIET, Solved, Workbench
 from zoo.fitting.projection import project
 
@@ -113,7 +113,7 @@ def _jumps(bench: Workbench, final: Solved) -> float:
 
 
 def _outdone(bench: Workbench, final: Solved, base: Solved) -> float:
-    """The evidence of the best free function over that of the added effects, less what is allowed; 0 where none were added."""
+    """How far the best free function is ahead of the added effects, with what is allowed: 1 where it is just that; 0 where none were added."""
     if final.names == base.names:
         return 0.0
     if not base.freed:
@@ -144,20 +144,7 @@ def spectral_line(bench: Workbench, final: Solved) -> Dependence | None:
     return Dependence(f"time that recurs every {1.0 / float(frequency[power.argmax()]):.0f} s", share, excess, is_line=True)
 
 
-def dependences(bench: Workbench, final: Solved) -> list[Dependence]:
-    """Free smooth functions of one quantity that explain a significant and material share of a model's residual, best first."""
-    return [one for one in free_dependences(bench, final) if one.matters]
-
-
 def free_dependences(bench: Workbench, final: Solved) -> list[Dependence]:
     """What a free smooth function of each quantity would explain of a model's residual, best first."""
-    total = float(project(final.fit.plain, final.design.error).cost)
-    size = math.log(bench.effective_samples)
-    found = []
-    for words, free in free_functions(bench, final).items():
-        columns = torch.cat([final.fit.plain, free], dim=1)
-        likely = bench.mixtures.most_likely(columns, final.design.error, final.likely.place)
-        evidence = likely.logarithm - final.likely.logarithm - 0.5 * free.shape[1] * size
-        share = 1.0 - float(project(columns, final.design.error).cost) / total
-        found.append(Dependence(words, share, evidence))
+    found = [Dependence(words, *weigh(bench, final, free)) for words, free in free_functions(bench, final).items()]
     return sorted(found, key=lambda item: -item.evidence)

@@ -16,7 +16,7 @@ from zoo.diagnosis.shape_search import Beside
 from zoo.diagnosis.trimming import trimmed
 from zoo.effects.base import Effect
 from zoo.effects.bounds import to_physical, to_unit
-from zoo.fitting.design import Design, coarse_starts, starts_in_motion
+from zoo.fitting.design import Design, close_starts, coarse_starts, starts_in_motion
 from zoo.fitting.noise import assumed
 from zoo.fitting.projection import complement, orthonormal, project
 from zoo.fitting.variable_projection import Fit, fit
@@ -193,17 +193,19 @@ class Workbench:
         effect = self.effects[name]
         known: Tensor | None = None
         found = []
-        coarse = coarse_starts(base.design, base.fit.theta, thinned=len(shapes) > 1)
-        for coil, columns in zip(coarse, base.design.columns(coarse), strict=True):
+        closely = effect.sharp and len(shapes) > 1
+        design, start = base.design, base.fit.theta
+        places = close_starts(design, start) if closely else coarse_starts(design, start, thinned=len(shapes) > 1)
+        for coil, columns in zip(places, design.columns(places), strict=True):
             basis = orthonormal(columns)
             if known is None or effect.place == "coil":
-                known = base.design.effect_columns(effect, base.design.histories(coil), shapes)
-            residual = complement(base.design.target.unsqueeze(-1), basis).squeeze(-1)
+                known = (design.effect_columns_at_means if closely else design.effect_columns)(effect, design.histories(coil), shapes)
+            residual = complement(design.target.unsqueeze(-1), basis).squeeze(-1)
             cost, best = project(complement(known, basis), residual).cost.min(dim=0)
             found.append((float(cost), coil, shapes[best], columns))
         least, coil, shape, columns = min(found, key=lambda each: each[0])
         if len(shapes) > 1:
-            shape = Beside.whitened(base.design, coil, columns, self.span_s).closer(effect, least, shape)[1]
+            shape = Beside.whitened(design, coil, columns, self.span_s).closer(effect, least, shape)[1]
         return torch.cat([coil, to_unit(shape, effect.shape).to(coil)])
 
     def finish(self, solved: Solved, added: tuple[str, ...] = ()) -> Solved:

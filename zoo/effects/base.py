@@ -96,6 +96,7 @@ class Effect(nn.Module):
         shape: the parameters in which the columns are nonlinear (none to four).
         amplitudes: the parameters in which the error is linear, one a column.
         needs: recorded columns without which the effect cannot be computed.
+        sharp: whether its columns change much within a few kelvins, without memory, so that a search has to look closely for where the place is.
         needs_varied_reference: whether the effect cannot be told from a bias where the true input is always the same.
         formula: plain-text formula.
         source: where it comes from.
@@ -108,6 +109,7 @@ class Effect(nn.Module):
     shape: ClassVar[tuple[Parameter, ...]] = ()
     amplitudes: ClassVar[tuple[Parameter, ...]]
     needs: ClassVar[tuple[str, ...]] = ()
+    sharp: ClassVar[bool] = False
     needs_varied_reference: ClassVar[bool] = False
     formula: ClassVar[str] = ""
     source: ClassVar[str] = ""

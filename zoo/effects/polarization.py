@@ -25,6 +25,7 @@ class Polarization(Effect):
     """
 
     name = "polarization"
+    sharp = True
     shape = (
         Parameter("period", 12.0, "K", 2.0, 60.0, "inverse", source="prior: 3–30 K", meaning="fringe period in temperature", grid=100),
         RATIO,

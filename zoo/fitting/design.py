@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import torch
 from torch import Tensor
 
 from zoo.effects.base import Effect, History, spread
-from zoo.effects.bounds import to_physical
+from zoo.effects.bounds import to_physical, to_unit
 from zoo.measurements.run import Run
 from zoo.models.graybox import GrayBox
 from zoo.models.places import first_rates
@@ -16,6 +18,9 @@ CHUNK_ELEMENTS = 2_000_000
 COIL_TRIALS = 4
 LOW, HIGH = 0.35, 0.95
 """Part of a logarithmic range in which lags are tried: half a minute to two hours."""
+CLOSE_LAGS, CLOSE_WEIGHTS, CLOSE_LEADS = 14, (0.1, 0.4, 0.7, 0.95), 25
+LAST_LEAD, FIRST_LEAD = -1500.0, 900.0
+"""Leads that are looked at closely [s]: at 1 K/min, from 25 K behind the thermometer to 15 K ahead of it."""
 
 
 class Design:
@@ -35,6 +40,7 @@ class Design:
         self.raw = [run.select(model.inputs) for run in runs]
         self.error = torch.cat([run.block_mean(run.error) for run in runs])
         self.target = whitener(self.error.unsqueeze(-1)).squeeze(-1)
+        self._housings: dict[int, History] = {}
 
     def columns(self, theta: Tensor) -> Tensor:
         """(B, P) in 0…1 -> whitened columns (B, N, K)."""
@@ -57,7 +63,7 @@ class Design:
         """Block means of one run; what several θ share (a Jacobian's steps mostly do) is computed once."""
         at = len(self.model.coil_parameters)
         coil, coil_index = torch.unique(physical[:, :at], dim=0, return_inverse=True)
-        places = self.model.histories(self.raw[i], coil, self.numbers[i])
+        places = self._places(i, coil)
         parts = []
         for _, effect in self.model.named_effects():
             shape = physical[:, at : at + len(effect.shape)]
@@ -70,11 +76,25 @@ class Design:
             parts.append(self.runs[i].block_mean_columns(columns)[index])
         return torch.cat(parts, dim=-1)
 
+    def effect_columns_at_means(self, effect: Effect, places: list[dict[str, History]], shapes: Tensor) -> Tensor:
+        """The same for an effect without memory at the mean temperature of each block, which is faster, and for short fringes not quite as good."""
+        parts = []
+        for run, place in zip(self.runs, places, strict=True):
+            here = place[effect.place]
+            parts.append(spread(effect.columns(replace(here, temperature=run.block_mean(here.temperature)), shapes), shapes))
+        return self.whitener(_without_repetition(torch.cat(parts, dim=-2)))
+
     def histories(self, theta: Tensor) -> list[dict[str, History]]:
         """The places' histories of each run at one θ (P,)."""
         parameters = [p for _, p in self.model.parameters_of_theta()]
         coil = to_physical(theta, parameters)[: len(self.model.coil_parameters)]
-        return [self.model.histories(raw, coil, number) for raw, number in zip(self.raw, self.numbers, strict=True)]
+        return [self._places(i, coil) for i in range(len(self.runs))]
+
+    def _places(self, i: int, coil: Tensor) -> dict[str, History]:
+        """The places' histories of one run; the housing's, which no parameter changes, is computed once."""
+        places = self.model.histories(self.raw[i], coil, self.numbers[i], self._housings.get(i))
+        self._housings[i] = places["housing"]
+        return places
 
     def effect_columns(self, effect: Effect, places: list[dict[str, History]], shapes: Tensor, whitener: Whitener | None = None) -> Tensor:
         """Columns of one effect for many shapes at fixed histories, by the design's whitener or another: (G, S) physical -> (G, N, K)."""
@@ -87,6 +107,26 @@ class Design:
                 blocks.append(run.block_mean_columns(spread(effect.columns(place[effect.place], part), part)))
             found.append((whitener or self.whitener)(torch.cat(blocks, dim=-2)))
         return torch.cat(found)
+
+
+def _without_repetition(columns: Tensor) -> Tensor:
+    """(G, N, K) columns without those that repeat another for all shapes, such as lines of one period."""
+    apart = [k for k in range(columns.shape[-1]) if not any(torch.equal(columns[..., k], columns[..., j]) for j in range(k))]
+    return columns[..., apart]
+
+
+def close_starts(design: Design, around: Tensor) -> Tensor:
+    """(G, P) the coil's lag and weight, or its lead, as closely as an effect needs it that changes within a few kelvins; see `coarse_starts`."""
+    declared = design.model.parameters_of_theta()
+    if len(design.model.thermometers) == 1:
+        leads = torch.linspace(LAST_LEAD, FIRST_LEAD, CLOSE_LEADS, dtype=torch.float64)
+        places, values = [1], to_unit(leads.unsqueeze(1), [declared[1][1]])
+    else:
+        lags = LOW + (HIGH - LOW) * torch.linspace(0.0, 1.0, CLOSE_LAGS, dtype=torch.float64)
+        places, values = [0, 1], torch.cartesian_prod(lags, torch.tensor(CLOSE_WEIGHTS, dtype=torch.float64))
+    trials = around.expand(len(values), -1).clone()
+    trials[:, places] = values.to(around)
+    return trials
 
 
 def coarse_starts(design: Design, around: Tensor | None = None, thinned: bool = False) -> Tensor:

@@ -74,14 +74,14 @@ class GrayBox(Model):
             effect.amplitude.copy_(amplitudes[column : column + len(effect.amplitudes)])
             at, column = at + len(effect.shape), column + len(effect.amplitudes)
 
-    def histories(self, x: Tensor, coil_value: Tensor, run: int = UNSEEN) -> dict[str, History]:
-        """The history at each place, from raw columns (T, C) and the coil's parameters (..., P)."""
+    def histories(self, x: Tensor, coil_value: Tensor, run: int = UNSEEN, housing: History | None = None) -> dict[str, History]:
+        """The history at each place, from raw columns (T, C) and the coil's parameters (..., P); that of the housing may be known already."""
         asked = {column for _, effect in self.named_effects() for column in effect.needs}
         apart = {self.inputs[0], self.inputs[-1], *self.thermometers} - asked
         table = {name: x[:, i] for i, name in enumerate(self.inputs) if name not in apart}
         table["reference"] = x[:, -1]
         thermometers = torch.stack([x[:, self.inputs.index(name)] for name in self.thermometers], dim=-1)
-        return histories(x[:, 0], table, thermometers, coil_value, run, self.in_motion)
+        return histories(x[:, 0], table, thermometers, coil_value, run, self.in_motion, housing)
 
     def columns(self, x: Tensor, theta: Tensor, run: int = UNSEEN) -> Tensor:
         """Columns of all effects for a batch of θ.

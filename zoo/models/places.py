@@ -98,7 +98,9 @@ def coil(time: Tensor, thermometers: Tensor, theta: Tensor, in_motion: bool = Fa
     return temperature, (slope + ahead * bend) * SECONDS_PER_MINUTE, main - temperature
 
 
-def histories(time: Tensor, table: dict[str, Tensor], thermometers: Tensor, theta: Tensor, run: int, in_motion: bool = False) -> dict[str, History]:
+def histories(
+    time: Tensor, table: dict[str, Tensor], thermometers: Tensor, theta: Tensor, run: int, in_motion: bool = False, housing: History | None = None
+) -> dict[str, History]:
     """The history at each place.
 
     The housing's temperature is that of the last thermometer named, which should be the one nearest to the chamber's air.
@@ -110,12 +112,15 @@ def histories(time: Tensor, table: dict[str, Tensor], thermometers: Tensor, thet
         theta: (..., P) the coil's parameters.
         run: number of the run, from 1.
         in_motion: as given to `coil_parameters`.
+        housing: its history, where it is known already: it does not depend on the coil.
     """
     clock = time - time[0]
     temperature, rate, gradient = coil(clock, thermometers, theta, in_motion)
     rest = {name: value for name, value in table.items() if name != "reference"}
     here = History(clock, temperature, rate, gradient, thermometers[:, 0], table["reference"], rest, run)
-    outer = thermometers[:, -1]
-    smooth = lagged(clock, outer, torch.full((), SECONDS_PER_MINUTE, dtype=outer.dtype, device=outer.device))
-    housing = History(clock, outer, outer - smooth, outer - smooth, thermometers[:, 0], table["reference"], rest, run)
-    return {"coil": here, "housing": housing}
+    return {"coil": here, "housing": housing or _housing(here, thermometers[:, -1])}
+
+
+def _housing(coil: History, outer: Tensor) -> History:
+    smooth = lagged(coil.time, outer, torch.full((), SECONDS_PER_MINUTE, dtype=outer.dtype, device=outer.device))
+    return replace(coil, temperature=outer, rate=outer - smooth, gradient=outer - smooth)

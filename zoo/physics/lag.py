@@ -5,7 +5,7 @@ from __future__ import annotations
 import torch
 from torch import Tensor
 
-from zoo.physics.recurrence import affine
+from zoo.physics.recurrence import affine, geometric
 
 
 def lagged(time: Tensor, drive: Tensor, tau: Tensor, start: Tensor | None = None) -> Tensor:
@@ -22,14 +22,15 @@ def lagged(time: Tensor, drive: Tensor, tau: Tensor, start: Tensor | None = None
     Returns:
         (..., T) x in the drive's unit.
     """
-    tau = tau.unsqueeze(-1)
-    ratio = torch.diff(time) / tau
+    steps = torch.diff(time)
+    even = steps.numel() > 0 and bool((steps - steps[0]).abs().max() <= 1e-9 * steps[0])  # but for rounding
+    ratio = (steps[:1] if even else steps) / tau.unsqueeze(-1)
     decay = torch.exp(-ratio)
     mean = -torch.expm1(-ratio) / ratio
     forced = (mean - decay) * drive[..., :-1] + (1 - mean) * drive[..., 1:]
     first = drive[..., 0] if start is None else start
-    first = first + torch.zeros_like(tau.squeeze(-1))
-    rest = affine(decay, forced, first)
+    first = first + torch.zeros_like(tau)
+    rest = geometric(ratio.squeeze(-1), forced, first) if even else affine(decay, forced, first)
     return torch.cat([first.unsqueeze(-1), rest], dim=-1)
 
 

@@ -6,6 +6,11 @@ import numpy as np
 from hidden_effects.body import Array, Body
 from hidden_effects.forms.form import Form, Forms, decade
 
+HARMONICS = 12
+"""Of the chamber's cycle; the last is 2e-3 of the first or less behind the coil."""
+WANDER = 0.003
+"""How far the chamber's phase walks within one cycle [cycles]: a tenth of a cycle in a thousand of them, so that its line stays one."""
+
 
 def one_exponential(chance: np.random.Generator) -> Form:
     """e^(−t/τ), as the catalogue has it."""
@@ -50,15 +55,26 @@ def step_always(chance: np.random.Generator) -> Form:
 
 
 def cycling(chance: np.random.Generator) -> Form:
-    """The line of the chamber's cycling and its octave, with another phase in each run."""
-    period_s, octave, seed = decade(chance, 250.0, 900.0), chance.uniform(0.05, 0.2), int(chance.integers(2**31))
+    """The chamber's limit cycle under two-point control, seen as the coil's rate through housing and coil, with another phase in each run.
+
+    The air heats and cools at rates of its own, so that its rate is a rectangle wave, high for the share d of the period: Σ sin(πnd)/n·cos(nωt),
+    each harmonic through two first-order lags, 1/((1 + inωτ₁)(1 + inωτ₂)). The period is nobody's to know: means over 100 s show one from 120 s
+    to 600 s and its image alike.
+    """
+    period_s, duty = decade(chance, 120.0, 600.0), chance.uniform(0.3, 0.7)
+    housing_s, coil_s = decade(chance, 180.0, 900.0), decade(chance, 30.0, 180.0)
+    seed = int(chance.integers(2**31))
+    order = np.arange(1, HARMONICS + 1)
+    turn = 2j * np.pi * order
+    size = np.sin(np.pi * order * duty) / order / ((1 + turn * housing_s / period_s) * (1 + turn * coil_s / period_s))
 
     def signal(run: Body) -> Array:
-        phase = 2 * np.pi * np.random.default_rng([seed, run.number]).uniform()
-        angle = 2 * np.pi * run.time / period_s + phase
-        return np.sin(angle) + octave * np.sin(2 * angle + 1)
+        own = np.random.default_rng([seed, run.number])
+        wander = WANDER * np.sqrt(run.step_s / period_s) * np.cumsum(own.normal(size=len(run.time)))
+        cycles = run.time / period_s + own.uniform() + wander
+        return np.asarray(np.exp(cycles[:, None] * turn) @ size).real
 
-    return Form("line_and_octave", signal, {}, {"period": period_s})
+    return Form("two_point", signal)
 
 
 FORMS: Forms = {

@@ -1,0 +1,76 @@
+"""Error bars that allow for the noise that is there, not only for the one that fits are weighted with."""
+
+from __future__ import annotations
+
+import copy
+import math
+from dataclasses import replace
+
+import pytest
+import torch
+from torch import Generator, Tensor
+
+from zoo.diagnosis.parameters import SLOWLY_KNOWN, fitted_parameters, scores
+from zoo.diagnosis.workbench import Solved
+from zoo.fitting.variable_projection import fit
+from zoo.scoring.noise import NoiseModel
+
+DRAWS = 30
+
+
+def noisy(solved: Solved, noise: NoiseModel, theta: Tensor, chance: Generator) -> Solved:
+    """The same model fitted to itself, at other nonlinear parameters, and another draw of noise."""
+    design = copy.copy(solved.design)
+    roots = [torch.linalg.cholesky(noise.covariance(blocks)) for blocks in solved.mixtures.runs]
+    drawn = torch.cat([root @ torch.randn(len(root), generator=chance, dtype=torch.float64) for root in roots])
+    design.error = design.plain_columns(theta.unsqueeze(0))[0] @ solved.fit.amplitudes + drawn
+    design.target = design.whitener(design.error.unsqueeze(1)).squeeze(1)
+    return replace(solved, design=design, fit=fit(design.plain_columns, design.target, theta, weigh=design.whitener), worths={}, freed=[])
+
+
+@pytest.mark.parametrize("hidden", ["bias_step", "warm_up"])
+def test_scores_of_a_fit_weighted_with_the_noise_that_is_there(diagnosis, hidden) -> None:
+    """Whitened scores Jᵀr of white r have covariance JᵀJ."""
+    found = diagnosis(hidden)
+    final = found.search.final
+    bench = found.bench.with_noise(final.likely.noise)
+    solved = bench.solve(final.names, [final.fit.theta])
+    assert solved.likely.noise == bench.noise
+    jacobian = solved.fit.jacobian
+    expected = SLOWLY_KNOWN * jacobian.mT @ jacobian
+    size = jacobian.norm(dim=0).clamp_min(1e-300)
+    assert torch.allclose(scores(solved) / size / size.unsqueeze(1), expected / size / size.unsqueeze(1), rtol=0, atol=1e-12)
+
+
+def test_scores_of_a_fit_weighted_with_another_noise(diagnosis) -> None:
+    """AᵀS⁻¹ΣS⁻¹A with A the columns, S the noise assumed and Σ the likeliest, all written out."""
+    found = diagnosis("")
+    solved = found.search.base
+    assumed, likely = (torch.block_diag(*[one.covariance(run) for run in solved.mixtures.runs]) for one in (found.bench.noise, solved.likely.noise))
+    assert float((assumed - likely).abs().max()) > 0.01 * float(assumed.abs().max())
+    amplitudes = solved.fit.columns.shape[1]
+    columns = torch.cat([solved.fit.plain[:, amplitudes:], solved.fit.plain[:, :amplitudes]], dim=1)
+    weighted = torch.linalg.solve(assumed, columns)
+    expected = SLOWLY_KNOWN * weighted.mT @ likely @ weighted
+    size = solved.fit.jacobian.norm(dim=0).clamp_min(1e-300)
+    assert torch.allclose(scores(solved) / size / size.unsqueeze(1), expected / size / size.unsqueeze(1), rtol=0, atol=1e-9)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("walk", [0.0, 0.5])
+def test_error_bars_cover_where_the_noise_is_slower_than_assumed(diagnosis, walk) -> None:
+    """The static bias under a drawn noise that the fit is not weighted with: two standard errors hold 95 % of a normal variable.
+
+    0.83 is that less three standard deviations of as many independent draws: the columns of one draw err together where the noise is slow.
+    """
+    found = diagnosis("")
+    base, white = found.search.base, found.bench.mixtures.white
+    noise = NoiseModel(white, 0.42 * white, walk * white)
+    theta, chance = base.fit.theta.clamp(0.1, 0.9), Generator().manual_seed(1)
+    truth = base.fit.amplitudes[base.places()["static_bias"]].tolist()
+    errors = []
+    for _ in range(DRAWS):
+        said = fitted_parameters(noisy(base, noise, theta, chance), "dph")["static_bias"].values()
+        errors += [(one["value"] - true) / one["stderr"] for one, true in zip(said, truth, strict=True)]
+    assert sum(abs(error) < 2 for error in errors) > 0.83 * len(errors)
+    assert 0.6 < math.sqrt(sum(error**2 for error in errors) / len(errors)) < 1.4, "nor are they much too wide"

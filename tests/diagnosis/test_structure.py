@@ -1,0 +1,91 @@
+"""What passes for noise and what does not, where the level and smooth dependences of the residual tell nothing."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import replace
+
+import pytest
+import torch
+from torch import Generator, Tensor
+
+from zoo.diagnosis.diagnose import open_bench
+from zoo.diagnosis.structure import LEVEL_ALLOWED, SIGNIFICANT, Structure, examine
+from zoo.diagnosis.workbench import Workbench
+from zoo.measurements.run import Run
+from zoo.simulator.noise import rate_walk
+
+WALK, SWITCHES_PER_HOUR = 2.5, 0.25
+"""Rate random walk per √h over the white noise of a block, more than any gyro's that is not broken; and how often a telegraph switches."""
+
+
+@pytest.fixture
+def planted(simulation, runs, catalogue, base) -> Callable[..., Workbench]:
+    """The bench of a gyro without secrets and of what a function (run, its coil's temperature) -> (T,) adds to each run."""
+
+    def plant(what: Callable[[Run, Tensor], Tensor], seed: int) -> Workbench:
+        coils = [one.truth["temperature_coil_c"] for one in simulation("", seed).runs]
+        return open_bench([replace(run, error=run.error + what(run, coil)) for run, coil in zip(runs("", seed), coils, strict=True)], base, catalogue)
+
+    return plant
+
+
+def looks_quiet(structure: Structure) -> bool:
+    """Whether nothing but the part in question objects: no excess, no smooth dependence, no line."""
+    return structure.excess < LEVEL_ALLOWED and not structure.dependences
+
+
+@pytest.mark.parametrize("seed", [1, 2, 4, 5])
+def test_a_large_random_walk_of_normal_steps_is_noise(planted, base, white, seed) -> None:
+    chance = Generator().manual_seed(seed)
+    bench = planted(lambda run, coil: rate_walk(WALK * white, len(run.time), 20.0, chance), seed)
+    solved = bench.solve(tuple(base))
+    assert examine(bench, solved, solved).is_noise
+
+
+@pytest.mark.parametrize("seed", [1, 2, 3, 4])
+def test_a_bias_that_switches_is_not_though_it_spreads_as_fast(planted, base, white, seed) -> None:
+    """Steps of ±d at a rate r spread by d²·r·t, a walk by K²·t: nothing but the steps' distribution tells them apart."""
+    chance = Generator().manual_seed(seed)
+    half = 0.5 * WALK * white / math.sqrt(SWITCHES_PER_HOUR)
+
+    def telegraph(run: Run, coil: Tensor) -> Tensor:
+        span = float(run.time[-1] - run.time[0])
+        moments = span * torch.rand(round(SWITCHES_PER_HOUR * span / 3600.0), generator=chance, dtype=torch.float64)
+        return half * (1.0 - 2.0 * ((run.time - run.time[0]).unsqueeze(1) > moments).sum(dim=1).remainder(2))
+
+    bench = planted(telegraph, seed)
+    solved = bench.solve(tuple(base))
+    structure = examine(bench, solved, solved)
+    assert bench.mixtures.much_walk(solved.likely.noise)
+    assert looks_quiet(structure)
+    assert not structure.is_noise
+
+
+@pytest.mark.parametrize("seed", [1, 2, 3])
+def test_an_effect_that_a_free_function_outdoes_is_not_what_it_is(planted, base, white, seed) -> None:
+    """A polynomial of fourth order in temperature: much walk beside a glass transition makes noise of it, but any function of temperature does better."""
+
+    def wave(run: Run, coil: Tensor) -> Tensor:
+        reduced = ((coil - 20.0) / 42.0).clamp(-1, 1)
+        fourth = 8 * reduced.pow(4) - 8 * reduced.square() + 1
+        return 2 * white * (fourth - fourth.mean()) / fourth.std()
+
+    bench = planted(wave, seed)
+    before = bench.solve(tuple(base))
+    wrong, right = (bench.add(before, name) for name in ("glass_transition", "polarization"))
+    structure = examine(bench, wrong, before)
+    assert bench.evidence(before, wrong) > SIGNIFICANT, "a search could name it"
+    assert looks_quiet(structure)
+    assert not structure.is_noise
+    assert examine(bench, right, before).is_noise, "fringes have that shape, with fewer parameters"
+
+
+@pytest.mark.parametrize("hidden", ["supply_voltage", "magnetic", "warm_up", "aging"])
+def test_a_right_effect_is_ahead_of_every_free_function(diagnosis, hidden) -> None:
+    found = diagnosis(hidden)
+    bench, base, final = found.bench, found.search.base, found.search.final
+    assert final.names[-1] == hidden
+    assert examine(bench, final, base).is_noise
+    assert SIGNIFICANT < max(base.freed) < bench.evidence(base, final), "a free function of its quantity would do much as well"
