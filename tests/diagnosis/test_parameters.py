@@ -25,7 +25,7 @@ def noisy(solved: Solved, noise: NoiseModel, theta: Tensor, chance: Generator) -
     drawn = torch.cat([root @ torch.randn(len(root), generator=chance, dtype=torch.float64) for root in roots])
     design.error = design.plain_columns(theta.unsqueeze(0))[0] @ solved.fit.amplitudes + drawn
     design.target = design.whitener(design.error.unsqueeze(1)).squeeze(1)
-    return replace(solved, design=design, fit=fit(design.plain_columns, design.target, theta, weigh=design.whitener), worths={}, freed=[])
+    return replace(solved, design=design, fit=fit(design.plain_columns, design.target, theta, weigh=design.whitener))
 
 
 @pytest.mark.parametrize("hidden", ["bias_step", "warm_up"])

@@ -11,7 +11,7 @@ import torch
 from torch import Generator, Tensor
 
 from zoo.diagnosis.diagnose import open_bench
-from zoo.diagnosis.structure import LEVEL_ALLOWED, SIGNIFICANT, Structure, examine
+from zoo.diagnosis.structure import LEVEL_ALLOWED, SIGNIFICANT, Structure, examine, free_dependences
 from zoo.diagnosis.workbench import Workbench
 from zoo.measurements.run import Run
 from zoo.simulator.noise import rate_walk
@@ -36,7 +36,7 @@ def looks_quiet(structure: Structure) -> bool:
     return structure.excess < LEVEL_ALLOWED and not structure.dependences
 
 
-@pytest.mark.parametrize("seed", [1, 2, 4, 5])
+@pytest.mark.parametrize("seed", [1, 2, 3, 4])
 def test_a_large_random_walk_of_normal_steps_is_noise(planted, base, white, seed) -> None:
     chance = Generator().manual_seed(seed)
     bench = planted(lambda run, coil: rate_walk(WALK * white, len(run.time), 20.0, chance), seed)
@@ -65,7 +65,7 @@ def test_a_bias_that_switches_is_not_though_it_spreads_as_fast(planted, base, wh
 
 @pytest.mark.parametrize("seed", [1, 2, 3])
 def test_an_effect_that_a_free_function_outdoes_is_not_what_it_is(planted, base, white, seed) -> None:
-    """A polynomial of fourth order in temperature: much walk beside a glass transition makes noise of it, but any function of temperature does better."""
+    """A polynomial of fourth order in temperature: a glass transition and much walk make noise of it, but any function of temperature does better."""
 
     def wave(run: Run, coil: Tensor) -> Tensor:
         reduced = ((coil - 20.0) / 42.0).clamp(-1, 1)
@@ -88,4 +88,4 @@ def test_a_right_effect_is_ahead_of_every_free_function(diagnosis, hidden) -> No
     bench, base, final = found.bench, found.search.base, found.search.final
     assert final.names[-1] == hidden
     assert examine(bench, final, base).is_noise
-    assert SIGNIFICANT < max(base.freed) < bench.evidence(base, final), "a free function of its quantity would do much as well"
+    assert SIGNIFICANT < free_dependences(bench, base)[0].evidence < bench.evidence(base, final), "which would do much as well"

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 
+from zoo.diagnosis.corrections import stands_apart
 from zoo.diagnosis.cross_validation import segment_cost
 from zoo.diagnosis.structure import examine
 from zoo.diagnosis.trials import OVERWHELMING, Trial
@@ -24,11 +25,12 @@ def convinces(bench: Workbench, base: Solved, before: Solved, best: Trial, candi
 
     Where it leaves noise, evidence is enough: what happens once in a run, such as a warm-up, no other piece of it predicts.
     """
-    if best.solved is None or not best.refitted or best.evidence < ACCEPT + math.log(max(candidates, 1)):
+    needed = ACCEPT + math.log(max(candidates, 1))
+    if best.solved is None or not best.refitted or best.evidence < needed:
         return False
     if before.rms < QUIET * bench.mixtures.white:
         return False
-    if _mops_up(bench, base, before, best):
+    if _mops_up(bench, base, before, best) and not stands_apart(bench, base, before, best.solved, best.evidence, needed):
         return False
     if best.solved.rms >= before.rms:
         return False

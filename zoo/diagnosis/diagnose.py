@@ -176,7 +176,7 @@ def _candidate(bench: Workbench, found: Search, name: str, trust: float, compare
     """What is known of one candidate, all of it from one round of the search; parameters of an effect that was added are those of the final model."""
     step = _round_for(found, name)
     trial = next(trial for trial in step.trials if trial.screened.name == name)
-    solved = trial.solved or bench.peek(step.before, name, trial.screened.shape)
+    solved = trial.solved or bench.peek(step.before, name, trial.screened.shape, trial.screened.start)
     effect = bench.effects[name]
     return {
         "effect": name,

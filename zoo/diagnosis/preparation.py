@@ -53,9 +53,9 @@ def _goes_with_temperature(effect: Effect) -> bool:
     time = torch.arange(SAMPLES, dtype=torch.float64) * 60.0
     still, input_value = torch.zeros_like(time), torch.linspace(0.0, 1.0, SAMPLES, dtype=torch.float64)
     inputs = dict.fromkeys(effect.needs, input_value)
-    ramp = torch.linspace(0.0, 30.0, SAMPLES, dtype=torch.float64)
+    ramp = 0.01 * (time - time.mean()).clamp_min(0.0)
     hold = History(time, still, still, still, still, input_value, inputs, 1)
-    moved = replace(hold, temperature=ramp, rate=torch.full_like(time, 0.5), gradient=torch.full_like(time, 2.0), thermometer=ramp)
+    moved = replace(hold, temperature=ramp, rate=torch.where(ramp > 0, 0.6, 0.0).to(time), gradient=torch.full_like(time, 2.0), thermometer=ramp)
     with torch.no_grad():
         return not torch.equal(*(effect.columns(one, effect.shape_value) for one in (hold, moved)))
 

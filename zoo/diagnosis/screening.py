@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from torch import Tensor
 
+from zoo.diagnosis.elsewhere import look_elsewhere
 from zoo.diagnosis.shape_search import Beside
 from zoo.diagnosis.workbench import Solved, Workbench
+from zoo.effects.bounds import to_physical
 
 
 @dataclass(frozen=True, eq=False)
@@ -19,12 +21,14 @@ class Screened:
         shape: (S,) physical shape that explains most.
         gain: drop of χ² that its columns give, with everything the model can absorb to first order taken out of them.
         freedom: parameters it would add.
+        start: θ (P+S,) of the model with it where that explains more at another coil; None at the model's own.
     """
 
     name: str
     shape: Tensor
     gain: float
     freedom: int
+    start: Tensor | None = None
 
 
 def screen(bench: Workbench, base: Solved, names: list[str]) -> list[Screened]:
@@ -45,5 +49,20 @@ def screen(bench: Workbench, base: Solved, names: list[str]) -> list[Screened]:
     for name in names:
         effect = bench.effects[name]
         cost, shape = beside.searched(effect, bench.shapes(name))
-        found.append(Screened(name, shape, (total - cost) / level, len(effect.amplitudes) + len(effect.shape)))
+        here = Screened(name, shape, (total - cost) / level, len(effect.amplitudes) + len(effect.shape))
+        found.append(_elsewhere(bench, base, here, total) if effect.sharp else here)
     return sorted(found, key=lambda candidate: -candidate.gain)
+
+
+def _elsewhere(bench: Workbench, base: Solved, here: Screened, total: float) -> Screened:
+    """The better of what was found at the model's coil and of what a closer look finds at others.
+
+    Both under the noise that suits the model best, under which it leaves `total`.
+    """
+    effect, own = bench.effects[here.name], len(base.fit.theta)
+    start = look_elsewhere(base.design, base.fit.theta, effect, bench.shapes(here.name), bench.span_s)[1]
+    noise, whitener = base.likely.noise, base.mixtures.whitener(base.likely.place)[1]
+    shape, coil = to_physical(start[own:], effect.shape), start[:own]
+    beside = Beside.under(base.design, coil, base.design.plain_columns(coil.unsqueeze(0)).squeeze(0), whitener, bench.span_s)
+    gain = (total - beside.best(effect, shape.unsqueeze(0))[0]) * (base.mixtures.white / noise.white) ** 2
+    return here if gain <= here.gain else replace(here, gain=gain, shape=shape, start=start)

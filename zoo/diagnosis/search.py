@@ -72,7 +72,20 @@ def search(bench: Workbench, base: Solved, candidates: list[str], progress: Call
             break
     if len(found.missing) < 2 and not examine(bench, found.final, base).is_noise:
         _pair(bench, found, candidates, progress)
+    _agree(bench, found)
     return found
+
+
+def _agree(bench: Workbench, found: Search) -> None:
+    """Let each round know the final model where that is one of its candidates: it was reached by way of others, or fitted on since."""
+    for name in found.missing:
+        less = set(found.final.names) - {name}
+        for step in [step for step in found.steps if set(step.before.names) == less]:
+            own = next((trial for trial in step.trials if trial.screened.name == name), None)
+            evidence = bench.evidence(step.before, found.final)
+            if own is not None and evidence > own.evidence:
+                own.solved, own.evidence, own.refitted = found.final, evidence, True
+                step.trials.sort(key=lambda trial: (not trial.refitted, -trial.evidence))
 
 
 def _pair(bench: Workbench, found: Search, candidates: list[str], progress: Callable[[str], None]) -> None:
@@ -92,13 +105,14 @@ def _pair(bench: Workbench, found: Search, candidates: list[str], progress: Call
         if len(both.names) == len(best.solved.names) and examine(bench, both, found.base).is_noise:
             step.chosen = best.screened.name
             found.keep(both)
+            _exchange(bench, found, candidates, progress)
             return
 
 
 def _singles(found: Search) -> list[Trial]:
     """Effects of the first round to try another one beside, which was not done yet."""
     tried = {step.before.names for step in found.steps}
-    refitted = [trial for trial in found.steps[0].trials if trial.refitted and trial.solved is not None and trial.evidence > 0]
+    refitted = [trial for trial in found.steps[0].trials if trial.refitted and trial.solved is not None and trial.evidence > -ACCEPT]
     return [trial for trial in refitted if trial.solved is not None and trial.solved.names not in tried][:PAIRED]
 
 

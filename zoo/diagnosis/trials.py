@@ -67,7 +67,7 @@ def round_of(bench: Workbench, before: Solved, names: list[str], progress: Calla
 
 def refit(bench: Workbench, before: Solved, trial: Trial, far: bool) -> None:
     """Fit a trial's nonlinear parameters; `far` looks for its shape at other places of the coil as well."""
-    trial.solved = bench.extend(before, trial.screened.name, trial.screened.shape, far=far)
+    trial.solved = bench.extend(before, trial.screened.name, trial.screened.shape, far, trial.screened.start)
     trial.evidence, trial.refitted = bench.evidence(before, trial.solved), True
 
 
@@ -82,7 +82,7 @@ def glances(bench: Workbench, before: Solved, candidates: list[Screened]) -> lis
 
 
 def _glance(bench: Workbench, before: Solved, candidate: Screened) -> Trial:
-    solved = bench.peek(before, candidate.name, candidate.shape)
+    solved = bench.peek(before, candidate.name, candidate.shape, candidate.start)
     return Trial(candidate, solved, bench.evidence(before, solved), False)
 
 

@@ -10,15 +10,17 @@ from functools import cached_property
 import torch
 from torch import Tensor
 
+from zoo.diagnosis.elsewhere import look_elsewhere
 from zoo.diagnosis.noise_likelihood import START, Likely, NoiseMixtures, Place
 from zoo.diagnosis.preparation import reference_varies
 from zoo.diagnosis.shape_search import Beside
 from zoo.diagnosis.trimming import trimmed
 from zoo.effects.base import Effect
 from zoo.effects.bounds import to_physical, to_unit
-from zoo.fitting.design import Design, close_starts, coarse_starts, starts_in_motion
+from zoo.fitting.design import Design, coarse_starts, starts_in_motion
 from zoo.fitting.noise import assumed
-from zoo.fitting.projection import complement, orthonormal, project
+from zoo.fitting.projection import orthonormal, project
+from zoo.fitting.several_starts import fit_from
 from zoo.fitting.variable_projection import Fit, fit
 from zoo.measurements.run import Run
 from zoo.models.graybox import GrayBox
@@ -150,7 +152,7 @@ class Workbench:
         return Design(GrayBox(effects, self.inputs, self.in_motion), self.runs, self.whitener)
 
     def solve(self, names: tuple[str, ...], starts: list[Tensor] | None = None, near: Place = START, tolerance: float = FINE) -> Solved:
-        """Fit a set of effects, from the best of the given starts; solutions are remembered.
+        """Fit a set of effects, from the best of the given starts or from several of a grid; solutions are remembered.
 
         Args:
             names: effects, in the order of the model.
@@ -162,51 +164,33 @@ class Workbench:
         if key in self._solved and starts is None:
             return self._solved[key]
         design = self.design(names)
-        trials = torch.stack(starts) if starts else coarse_starts(design)
-        costs = project(design.columns(trials), design.target).cost
-        order = costs.argsort()[:1]
-        fits = [fit(design.plain_columns, design.target, trials[i], tolerance=tolerance, weigh=self.whitener) for i in order]
+        if starts:
+            found = fit(design.plain_columns, design.target, _cheapest(design, torch.stack(starts)), tolerance=tolerance, weigh=self.whitener)
+        else:
+            found = fit_from(design, coarse_starts(design), tolerance=tolerance)
         known = [self._solved[key].fit] if key in self._solved and self._solved[key].names == names else []
-        best = min([*fits, *known], key=lambda found: found.cost)
+        best = min([found, *known], key=lambda one: one.cost)
         design.model.assign(best.theta, best.amplitudes)
         self._solved[key] = Solved(names, design.model, design, best, self.mixtures, near)
         return self._solved[key]
 
-    def extend(self, base: Solved, name: str, shape: Tensor, far: bool = True) -> Solved:
+    def extend(self, base: Solved, name: str, shape: Tensor, far: bool = True, start: Tensor | None = None) -> Solved:
         """Refit, coarsely, with one more effect, its shape started where screening found it.
 
-        Starts from the base's coil, or from elsewhere where the effect explains more there: a base that lacks an effect bends the coil to make up
-        for it.
+        Starts from the base's coil, or from elsewhere where the effect explains more there.
 
         Args:
             base: the model before.
             name: of the effect.
             shape: (S,) physical.
             far: whether other shapes are tried elsewhere, where the base leaves much.
+            start: θ (P+S,) elsewhere, where it is known.
         """
         near = torch.cat([base.fit.theta, to_unit(shape, self.effects[name].shape).to(base.fit.theta)])
-        shapes = self.shapes(name) if far and base.rms > FAR * self.mixtures.white else shape.unsqueeze(0)
-        return self.solve((*base.names, name), [near, self._elsewhere(base, name, shapes)], base.likely.place, COARSE)
-
-    def _elsewhere(self, base: Solved, name: str, shapes: Tensor) -> Tensor:
-        """θ of the coil, out of a coarse grid, and of one of the shapes (G, S) that together explain most."""
-        effect = self.effects[name]
-        known: Tensor | None = None
-        found = []
-        closely = effect.sharp and len(shapes) > 1
-        design, start = base.design, base.fit.theta
-        places = close_starts(design, start) if closely else coarse_starts(design, start, thinned=len(shapes) > 1)
-        for coil, columns in zip(places, design.columns(places), strict=True):
-            basis = orthonormal(columns)
-            if known is None or effect.place == "coil":
-                known = (design.effect_columns_at_means if closely else design.effect_columns)(effect, design.histories(coil), shapes)
-            residual = complement(design.target.unsqueeze(-1), basis).squeeze(-1)
-            cost, best = project(complement(known, basis), residual).cost.min(dim=0)
-            found.append((float(cost), coil, shapes[best], columns))
-        least, coil, shape, columns = min(found, key=lambda each: each[0])
-        if len(shapes) > 1:
-            shape = Beside.whitened(design, coil, columns, self.span_s).closer(effect, least, shape)[1]
-        return torch.cat([coil, to_unit(shape, effect.shape).to(coil)])
+        if start is None:
+            shapes = self.shapes(name) if far and base.rms > FAR * self.mixtures.white else shape.unsqueeze(0)
+            start = look_elsewhere(base.design, base.fit.theta, self.effects[name], shapes, self.span_s)[1]
+        return self.solve((*base.names, name), [near, start], base.likely.place, COARSE)
 
     def finish(self, solved: Solved, added: tuple[str, ...] = ()) -> Solved:
         """Fit on from a coarse solution, and again from wherever the shape of an added effect is better beside all the others as they are now."""
@@ -243,21 +227,30 @@ class Workbench:
         """Refit with one more effect, its shape searched for."""
         from zoo.diagnosis.screening import screen  # screening works on a bench
 
-        return self.finish(self.extend(base, name, screen(self, base, [name])[0].shape))
+        found = screen(self, base, [name])[0]
+        return self.finish(self.extend(base, name, found.shape, start=found.start))
 
-    def peek(self, base: Solved, name: str, shape: Tensor) -> Solved:
-        """One more effect without a refit of anything nonlinear."""
+    def peek(self, base: Solved, name: str, shape: Tensor, start: Tensor | None = None) -> Solved:
+        """One more effect without a refit of anything nonlinear: at the base's coil, or at θ (P+S,) elsewhere."""
         design = self.design((*base.names, name))
-        theta = torch.cat([base.fit.theta, to_unit(shape, self.effects[name].shape).to(base.fit.theta)])
+        theta = torch.cat([base.fit.theta, to_unit(shape, self.effects[name].shape).to(base.fit.theta)]) if start is None else start
         found = fit(design.plain_columns, design.target, theta, iterations=0, weigh=self.whitener)
         design.model.assign(found.theta, found.amplitudes)
         return Solved((*base.names, name), design.model, design, found, self.mixtures, base.likely.place)
 
     def without(self, full: Solved, name: str) -> Solved:
-        """Refit with one effect less, started from the full model's parameters."""
+        """Refit with one effect less, started from the full model's parameters; a solution that is known already stays where that start is worse."""
         owners = [owner for owner, _ in full.model.parameters_of_theta()]
         keep = torch.tensor([owner != name for owner in owners], dtype=torch.bool, device=full.fit.theta.device)
-        return self.solve(tuple(other for other in full.names if other != name), [full.fit.theta[keep]], full.likely.place)
+        names, start = tuple(other for other in full.names if other != name), full.fit.theta[keep]
+        known = self.known(names)
+        if known is not None and known.names == names and self._cost(known.design, start) >= known.fit.cost:
+            return known
+        return self.solve(names, [start], full.likely.place)
+
+    def _cost(self, design: Design, theta: Tensor) -> float:
+        """χ² at one θ (P,)."""
+        return float(project(design.columns(theta.unsqueeze(0)), design.target).cost)
 
     @cached_property
     def effective_samples(self) -> float:
@@ -303,3 +296,8 @@ class Workbench:
     def with_noise(self, noise: NoiseModel) -> Workbench:
         """The same runs, fits weighted with another noise model."""
         return Workbench(self.runs, self.effects, noise, self.mixtures)
+
+
+def _cheapest(design: Design, trials: Tensor) -> Tensor:
+    """The θ (P,) of several (G, P) at which χ² is least."""
+    return trials[0] if len(trials) == 1 else trials[project(design.columns(trials), design.target).cost.argmin()]

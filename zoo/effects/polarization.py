@@ -9,8 +9,9 @@ from zoo.effects.base import Effect, History, Parameter, grid_values
 
 REFERENCE_C = 20.0
 RATIO = Parameter("ratio_2", 2.0, "1", 0.3, 4.0, source="periods of 3–30 K against each other", meaning="period over that of the second line")
-
-
+SECONDS_PER_MINUTE = 60.0
+LEAD_S, LEADS = 160.0, 8
+LONGEST_K = 35.0
 HARMONICS = (2.0, 3.0)
 APART = 0.01
 """Ratio less one below which two lines are one."""
@@ -20,16 +21,19 @@ class Polarization(Effect):
     """Fringes in temperature: a line of period P and two more of periods P/ρ, by default its harmonics.
 
     A cross-coupling at distance z from the polariser interferes with phase 2πB(T)z/λ, and dB/dT is constant to a few per cent, so that the error is
-    periodic in T with P = λ/(z·|dB/dT|), about 2.8 K·m at 1550 nm (Opt. Lett. 36, 2173 (2011) for dB/dT). Each splice adds a line of its own, one to
-    four in all; an intensity-type term, or a coupling at twice the distance, a harmonic.
+    periodic in T with P = λ/(z·|dB/dT|), about 2.8 K·m at 1550 nm (Opt. Lett. 36, 2173 (2011) for dB/dT), T where the splices are. Each
+    splice adds a line of its own, one to four in all; an intensity-type term, or a coupling at twice the distance, a harmonic.
     """
 
     name = "polarization"
     sharp = True
     shape = (
-        Parameter("period", 12.0, "K", 2.0, 60.0, "inverse", source="prior: 3–30 K", meaning="fringe period in temperature", grid=100),
+        Parameter("period", 12.0, "K", 2.0, LONGEST_K, "inverse", source="prior: 3–30 K", meaning="fringe period in temperature", grid=100),
         RATIO,
         Parameter("ratio_3", 3.0, "1", 0.3, 4.0, source=RATIO.source, meaning="period over that of the third line"),
+        Parameter(
+            "lead", 0.0, "s", -240.0, 240.0, source="prior: leads and splices between the coil and the housing", meaning="of that place, to the coil"
+        ),
     )
     amplitudes = (
         Parameter("cosine", 0.0, "unit", -10.0, 10.0, source="prior: 0.002–0.03 medium, 0.02–0.5 tactical", meaning="first line, in phase at 20 °C"),
@@ -39,7 +43,7 @@ class Polarization(Effect):
         Parameter("cosine_3", 0.0, "unit", -10.0, 10.0, source="engineering prior", meaning="third line, in phase"),
         Parameter("sine_3", 0.0, "unit", -10.0, 10.0, source="engineering prior", meaning="third line, in quadrature"),
     )
-    formula = "Σ_{i=1..3} A_i cos(2πρ_iθ/P) + B_i sin(2πρ_iθ/P),  ρ_1 = 1,  θ = T − 20 °C"
+    formula = "Σ_{i=1..3} A_i cos(2πρ_iθ/P) + B_i sin(2πρ_iθ/P),  ρ_1 = 1,  θ = T + lead·dT/dt − 20 °C"
     source = "Malykin & Pozdnyakova 2004, Opt. Spectrosc. 97:945; Opt. Lett. 36, 2173 (2011)"
     signature = "a wave in temperature (not in time), the same phase up and down, independent of the rate"
     confused_with = ()
@@ -47,26 +51,32 @@ class Polarization(Effect):
     def shapes_to_try(self, span_s: float, runs: int) -> Tensor:
         """Periods of one line alone, see `Effect.shapes_to_try`: all three at the same place."""
         periods = grid_values(self.shape[0], runs)
-        return torch.stack([periods, *(torch.ones_like(periods) for _ in self.shape[1:])], dim=-1)
+        one = torch.ones_like(periods)
+        return torch.stack([periods, one, one, torch.zeros_like(periods)], dim=-1)
 
     def shapes_near(self, shape: Tensor, span_s: float) -> Tensor:
-        """The best itself, and with its second, then its third line at every other period of the grid, see `Effect.shapes_near`."""
-        single = shape[1:] == 1.0
+        """The best itself, and with its second, then its third line at every other period of the grid, or elsewhere, see `Effect.shapes_near`."""
+        single = shape[1:3] == 1.0
         moved = [1] if bool(single.all()) else [2] if bool(single.any()) else [1, 2]
-        return torch.cat([shape.unsqueeze(0), *(self._with_ratios(shape, place) for place in moved)])
+        leads = self._with(shape, 3, torch.linspace(-LEAD_S, LEAD_S, LEADS).to(shape))
+        return torch.cat([shape.unsqueeze(0), leads, *(self._with(shape, place, self._ratios(shape[0])) for place in moved)])
 
-    def _with_ratios(self, shape: Tensor, place: int) -> Tensor:
-        """(G, 3) the shape with another ratio at one place."""
-        first, second, _ = self.shape
-        ratios = torch.cat([shape[0] / grid_values(first, 1).to(shape), torch.tensor(HARMONICS).to(shape)])
-        apart = (ratios - 1.0).abs() > APART
-        ratios = ratios[(ratios >= second.low) & (ratios <= second.high) & apart]
-        moved = shape.expand(len(ratios), -1).clone()
-        moved[:, place] = ratios
+    def _ratios(self, period: Tensor) -> Tensor:
+        """(G,) ratios to the other periods of the grid and to the harmonics."""
+        first, second, *_ = self.shape
+        ratios = torch.cat([period / grid_values(first, 1).to(period), torch.tensor(HARMONICS).to(period)])
+        return ratios[(ratios >= second.low) & (ratios <= second.high) & ((ratios - 1.0).abs() > APART)]
+
+    def _with(self, shape: Tensor, place: int, values: Tensor) -> Tensor:
+        """(G, 4) the shape with other values at one place."""
+        moved = shape.expand(len(values), -1).clone()
+        moved[:, place] = values
         return moved
 
     def columns(self, history: History, shape: Tensor) -> Tensor:
         """Cosine and sine of each line, see `Effect.columns`."""
-        phase = 2 * torch.pi * (history.temperature - REFERENCE_C) / shape[..., 0:1]
-        lines = [phase, shape[..., 1:2] * phase, shape[..., 2:3] * phase]
+        here = history.temperature + shape[..., 3:4] / SECONDS_PER_MINUTE * history.rate
+        period, phase = shape[..., 0:1], 2 * torch.pi * (here - REFERENCE_C)
+        periods = [period, *((period / shape[..., place : place + 1]).clamp_max(LONGEST_K) for place in (1, 2))]
+        lines = [phase / one for one in periods]
         return torch.stack([wave for line in lines for wave in (line.cos(), line.sin())], dim=-1)

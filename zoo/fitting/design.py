@@ -16,6 +16,8 @@ from zoo.scoring.noise import Whitener
 
 CHUNK_ELEMENTS = 2_000_000
 COIL_TRIALS = 4
+LAGS_S, ZEROS = (20.0, 60.0, 150.0, 400.0, 1000.0, 2500.0), (0.3, 1.0, 1.8, 3.0)
+"""Of one thermometer: lags, and λ of the coil's zero over its lag; without a zero the lead does not matter, and a fit would not find back."""
 LOW, HIGH = 0.35, 0.95
 """Part of a logarithmic range in which lags are tried: half a minute to two hours."""
 CLOSE_LAGS, CLOSE_WEIGHTS, CLOSE_LEADS = 14, (0.1, 0.4, 0.7, 0.95), 25
@@ -81,7 +83,8 @@ class Design:
         parts = []
         for run, place in zip(self.runs, places, strict=True):
             here = place[effect.place]
-            parts.append(spread(effect.columns(replace(here, temperature=run.block_mean(here.temperature)), shapes), shapes))
+            mean = replace(here, temperature=run.block_mean(here.temperature), rate=run.block_mean(here.rate))
+            parts.append(spread(effect.columns(mean, shapes), shapes))
         return self.whitener(_without_repetition(torch.cat(parts, dim=-2)))
 
     def histories(self, theta: Tensor) -> list[dict[str, History]]:
@@ -135,16 +138,28 @@ def coarse_starts(design: Design, around: Tensor | None = None, thinned: bool = 
     `thinned` takes the places of one colour, as on a chessboard.
     """
     theta = design.model.theta() if around is None else around
-    declared = design.model.parameters_of_theta()
-    axis = (torch.arange(COIL_TRIALS, dtype=torch.float64, device=theta.device) + 1.0) / (COIL_TRIALS + 1)
-    axes = [LOW + (HIGH - LOW) * axis if declared[i][1].scale == "log" else axis for i in range(min(len(design.model.coil_parameters), 3))]
-    grid = torch.cartesian_prod(*axes).reshape(-1, len(axes))
+    axes = _axes(design.model)
+    places = torch.cartesian_prod(*[torch.arange(len(axis), device=theta.device) for axis in axes]).reshape(-1, len(axes))
     if thinned:
-        places = torch.cartesian_prod(*[torch.arange(COIL_TRIALS, device=theta.device)] * len(axes)).reshape(len(grid), -1)
-        grid = grid[places.sum(dim=1) % 2 == 0]
-    trials = theta.expand(len(grid), -1).clone()
-    trials[:, : len(axes)] = grid
+        places = places[places.sum(dim=1) % 2 == 0]
+    trials = theta.expand(len(places), -1).clone()
+    trials[:, : len(axes)] = torch.stack([axis.to(theta)[places[:, i]] for i, axis in enumerate(axes)], dim=1)
+    if len(design.model.thermometers) == 1:
+        declared = design.model.coil_parameters[:2]
+        lag = to_physical(trials[:, :2], declared)[:, :1]
+        ratio = torch.tensor(ZEROS, dtype=theta.dtype, device=theta.device)[places[:, 1]].unsqueeze(1)
+        trials[:, :2] = to_unit(torch.cat([lag, (ratio - 2.0) * lag], dim=1), declared).clamp(0.0, 1.0)
     return trials
+
+
+def _axes(model: GrayBox) -> list[Tensor]:
+    """Values of the first three of the coil's parameters in 0…1."""
+    count = len(model.coil_parameters[:3])
+    axes = [(torch.arange(COIL_TRIALS, dtype=torch.float64) + 1.0) / (COIL_TRIALS + 1)] * count
+    axes[0] = LOW + (HIGH - LOW) * axes[0]
+    if len(model.thermometers) == 1:
+        axes[0] = to_unit(torch.tensor(LAGS_S, dtype=torch.float64).unsqueeze(1), model.coil_parameters[:1]).squeeze(1)
+    return axes
 
 
 def starts_in_motion(run: Run) -> bool:

@@ -12,8 +12,8 @@ from zoo.errors import InputError
 from zoo.fitting.design import Design, coarse_starts
 from zoo.fitting.noise import blocks_of, noise_of
 from zoo.fitting.parameters import parameters_of
-from zoo.fitting.projection import project
-from zoo.fitting.variable_projection import Fit, fit
+from zoo.fitting.several_starts import fit_from
+from zoo.fitting.variable_projection import Fit
 from zoo.measurements.run import Run
 from zoo.models.base import Model
 from zoo.models.graybox import GrayBox
@@ -46,9 +46,7 @@ class VariableProjection:
             raise InputError(f"optimizer=variable_projection fits sums of effects (model=graybox), not {type(model).__name__}; leave optimizer=auto")
         whitener = Whitener(noise_of(list(runs)), blocks_of(list(runs)))
         design = Design(model, list(runs), whitener)
-        starts = coarse_starts(design)
-        best = starts[project(design.columns(starts), design.target).cost.argmin()]
-        found = fit(design.plain_columns, design.target, best, self.iterations, weigh=whitener)
+        found = fit_from(design, coarse_starts(design), iterations=self.iterations)
         with torch.no_grad():
             model.assign(found.theta, found.amplitudes)
         self.solution = model, found

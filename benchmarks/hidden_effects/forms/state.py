@@ -30,8 +30,8 @@ def lines(chance: np.random.Generator) -> Form:
 
 
 def coupling(chance: np.random.Generator) -> Form:
-    """A mean-rate error whose coefficient saturates with temperature, tanh((T − T0)/w)·dT/dt; as narrow as a glass transition it would be one."""
-    middle, width = chance.uniform(0, 40), decade(chance, 35.0, 120.0)
+    """A mean-rate error whose coefficient saturates beyond the range, tanh((T − T0)/w)·dT/dt; where it saturates within, it is a glass transition."""
+    middle, width = chance.uniform(0, 40), decade(chance, 60.0, 200.0)
     return Form("tanh", lambda run: run.coil_rate * np.tanh((run.coil - middle) / width))
 
 

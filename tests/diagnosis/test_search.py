@@ -1,0 +1,46 @@
+"""Two hidden effects where adding one at a time does not lead to both."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+
+import pytest
+
+from zoo.diagnosis.diagnose import Diagnosis, diagnose
+from zoo.simulator.in_process import as_run
+
+
+@pytest.fixture
+def both(simulation, catalogue, base) -> Callable[..., Diagnosis]:
+    """What is said of a gyro with two hidden effects, each of so many times the white noise of a block."""
+
+    def of(first: str, noises: float, second: str, more: float, seed: int) -> Diagnosis:
+        one, other = simulation(first, seed, noises), simulation(second, seed, more)
+        runs = []
+        for recorded, added in zip(one.runs, other.runs, strict=True):
+            run = as_run(recorded)
+            runs.append(replace(run, error=run.error + added.truth[f"{second}_dph"]))
+        return diagnose(runs, base, catalogue)
+
+    return of
+
+
+@pytest.mark.parametrize(("noises", "seed"), [((1.0, 2.0), 1), ((1.0, 2.0), 6), ((1.0, 3.5), 4)])
+def test_two_effects_that_help_only_together_are_both_named(both, noises, seed) -> None:
+    """Either alone leaves more than noise and predicts pieces of the runs that were not fitted no better."""
+    found = both("warm_up", noises[0], "aging", noises[1], seed)
+    assert found.verdict == "missing"
+    assert set(found.search.missing) == {"warm_up", "aging"}
+    assert found.search.steps[0].chosen is None, "no single effect convinced"
+    assert len(found.search.path) == 1, "both in one step"
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("second", "seed"), [("moisture", 2), ("moisture", 3), ("moisture", 5), ("aging", 4)])
+def test_an_effect_that_was_bent_to_make_up_for_the_second_is_replaced_when_that_is_found(both, second, seed) -> None:
+    """A glass transition, free in place and width, stands for a coefficient that grows with temperature and for some of a slow drift as well."""
+    found = both("rate_temperature_coupling", 3.5, second, 3.5, seed)
+    assert found.search.steps[0].chosen == "glass_transition"
+    assert found.verdict == "missing"
+    assert set(found.search.missing) == {"rate_temperature_coupling", second}

@@ -1,0 +1,40 @@
+"""A fit from the best of several starts: where the coil lags far, or not at all, χ² has more than one minimum."""
+
+from __future__ import annotations
+
+from torch import Tensor
+
+from zoo.fitting.design import Design
+from zoo.fitting.projection import project
+from zoo.fitting.variable_projection import Fit, fit
+
+FOLLOWED, STEPS, FINISHED = 8, 3, 3
+"""How many of the starts are followed, for how many steps, and how many of these to the end."""
+APART = 1e-3
+"""Share by which two χ² must differ for their places to be two."""
+
+
+def fit_from(design: Design, trials: Tensor, iterations: int = 30, tolerance: float = 1e-4) -> Fit:
+    """The best of the fits from the most promising starts.
+
+    Args:
+        design: the columns on the runs.
+        trials: (G, P) starts in 0…1.
+        iterations: see `zoo.fitting.variable_projection.fit`.
+        tolerance: see there.
+    """
+    order = project(design.columns(trials), design.target).cost.argsort()
+    followed = [fit(design.plain_columns, design.target, trials[place], STEPS, tolerance, design.whitener) for place in order[:FOLLOWED]]
+    ends = [
+        fit(design.plain_columns, design.target, start.theta, iterations, tolerance, design.whitener) for start in _different(followed)[:FINISHED]
+    ]
+    return min(ends, key=lambda found: found.cost)
+
+
+def _different(fits: list[Fit]) -> list[Fit]:
+    """The fits of different χ², the least first."""
+    kept: list[Fit] = []
+    for one in sorted(fits, key=lambda found: found.cost):
+        if not kept or one.cost > (1.0 + APART) * kept[-1].cost:
+            kept.append(one)
+    return kept
