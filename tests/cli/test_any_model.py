@@ -113,10 +113,9 @@ def test_a_hybrid_is_trained_and_beats_its_network(gyro, network, tmp_path) -> N
         metrics, truth = result(out, "metrics.json"), result(gyro, "truth.json")["parameters"]["hysteresis"]
         assert (metrics["model"], metrics["optimizer"], metrics["init"]) == ("hybrid", "alternating", None)
         assert metrics["rms_check"] < 0.6 * result(network, "metrics.json")["rms_check"]
-        for parameter in ("width", "amplitude"):
-            found = metrics["physical"]["hysteresis"][parameter]
-            assert found["value"] == pytest.approx(truth[parameter]["value"], rel=0.2), "the error bar knows of one network only"
-            assert 4 * found["stderr"] < abs(found["value"])
+        found = metrics["physical"]["hysteresis"]["width"]
+        assert found["value"] == pytest.approx(truth["width"]["value"], rel=0.2), "the error bar knows of one network only"
+        assert 4 * found["stderr"] < abs(found["value"])
 
 
 def test_a_networks_name_alone_takes_it_as_it_is(gyro, tmp_path) -> None:

@@ -5,15 +5,17 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 from zoo.diagnosis.forms import EVEN, EVEN_BY_TEMPERATURE, POLYNOMIALS, REMEMBERED, Form, forms_of
-from zoo.diagnosis.free_functions import Axis, FreeFunction, functions_of
+from zoo.diagnosis.free_functions import Axis, FreeFunction, functions_of, weigh
 from zoo.diagnosis.parameters import fitted_parameters
-from zoo.diagnosis.quantities import RATE, Quantity
+from zoo.diagnosis.quantities import CLOCK, RATE, Quantity
 from zoo.diagnosis.screening import Screened, screen
 from zoo.diagnosis.workbench import Solved, Workbench
 from zoo.effects.base import Effect
 from zoo.fitting.parameters import Fitted
 from zoo.fitting.variable_projection import fit
 
+LOOKED_AT = 5
+"""How many quantities have their forms looked at; time is one of them, for no smooth function of it shows what recurs."""
 REFITTED = 3
 """How many of the best forms are refitted together with the model."""
 SIMPLER = 5.0
@@ -109,7 +111,9 @@ class FormBench:
         return replace(best, solved=self.bench.finish(best.solved))
 
     def _leading(self) -> list[Tried]:
-        return sorted([one for free in self.frees for one in self.of(free)], key=lambda one: -one.evidence)[:REFITTED]
+        """The likeliest forms of the quantities whose free function explains most."""
+        most = sorted(self.frees, key=lambda free: (free.of is not CLOCK, -weigh(self.bench, self.at, free.columns)[0]))[:LOOKED_AT]
+        return sorted([one for free in most for one in self.of(free)], key=lambda one: -one.evidence)[:REFITTED]
 
     def _look_at(self, fuller: Solved) -> None:
         """Put the model's coil and shapes where a fuller one has them."""

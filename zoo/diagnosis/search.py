@@ -95,7 +95,10 @@ def _pair(bench: Workbench, found: Search, candidates: list[str], progress: Call
     """
     for single in _singles(found):
         assert single.solved is not None
-        step = round_of(bench, single.solved, [name for name in candidates if name not in single.solved.names], progress)
+        others = [name for name in candidates if name not in single.solved.names]
+        if not others:
+            return
+        step = round_of(bench, single.solved, others, progress)
         found.steps.append(step)
         best = step.trials[0]
         price = 2 * (ACCEPT + math.log(max(len(step.trials), 1)))

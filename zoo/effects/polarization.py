@@ -12,6 +12,7 @@ RATIO = Parameter("ratio_2", 2.0, "1", 0.3, 4.0, source="periods of 3–30 K aga
 SECONDS_PER_MINUTE = 60.0
 LEAD_S, LEADS = 160.0, 8
 LONGEST_K = 35.0
+"""Longest period of any line: a wave longer than that, and moved by the rate, would be a function of the rate."""
 HARMONICS = (2.0, 3.0)
 APART = 0.01
 """Ratio less one below which two lines are one."""
@@ -77,6 +78,8 @@ class Polarization(Effect):
         """Cosine and sine of each line, see `Effect.columns`."""
         here = history.temperature + shape[..., 3:4] / SECONDS_PER_MINUTE * history.rate
         period, phase = shape[..., 0:1], 2 * torch.pi * (here - REFERENCE_C)
-        periods = [period, *((period / shape[..., place : place + 1]).clamp_max(LONGEST_K) for place in (1, 2))]
-        lines = [phase / one for one in periods]
-        return torch.stack([wave for line in lines for wave in (line.cos(), line.sin())], dim=-1)
+        first = [(phase / period).cos(), (phase / period).sin()]
+        if bool((shape[..., 1:3] == 1.0).all()):  # as in a search: one line, computed once
+            return torch.stack(first * 3, dim=-1)
+        others = [phase / (period / shape[..., place : place + 1]).clamp_max(LONGEST_K) for place in (1, 2)]
+        return torch.stack([*first, *(wave for line in others for wave in (line.cos(), line.sin()))], dim=-1)

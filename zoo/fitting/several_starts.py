@@ -23,12 +23,13 @@ def fit_from(design: Design, trials: Tensor, iterations: int = 30, tolerance: fl
         iterations: see `zoo.fitting.variable_projection.fit`.
         tolerance: see there.
     """
+
+    def fitted(start: Tensor, steps: int) -> Fit:
+        return fit(design.plain_columns, design.target, start, steps, tolerance, design.whitener)
+
     order = project(design.columns(trials), design.target).cost.argsort()
-    followed = [fit(design.plain_columns, design.target, trials[place], STEPS, tolerance, design.whitener) for place in order[:FOLLOWED]]
-    ends = [
-        fit(design.plain_columns, design.target, start.theta, iterations, tolerance, design.whitener) for start in _different(followed)[:FINISHED]
-    ]
-    return min(ends, key=lambda found: found.cost)
+    followed = [fitted(trials[place], STEPS) for place in order[:FOLLOWED]]
+    return min((fitted(one.theta, iterations) for one in _different(followed)[:FINISHED]), key=lambda found: found.cost)
 
 
 def _different(fits: list[Fit]) -> list[Fit]:
