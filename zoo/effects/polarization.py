@@ -11,7 +11,7 @@ REFERENCE_C = 20.0
 RATIO = Parameter("ratio_2", 2.0, "1", 0.3, 4.0, source="periods of 3–30 K against each other", meaning="period over that of the second line")
 SECONDS_PER_MINUTE = 60.0
 LEAD_S, LEADS = 160.0, 8
-LONGEST_K = 35.0
+LONGEST_K = 40.0
 """Longest period of any line: a wave longer than that, and moved by the rate, would be a function of the rate."""
 HARMONICS = (2.0, 3.0)
 APART = 0.01

@@ -34,8 +34,8 @@ RATIOS: dict[str, tuple[str, dict[str, float]]] = {
 # Shapes that show within hours and within the tens of kelvins of a program; the effects' own bounds are wider.
 VISIBLE = {
     ("polarization", "period"): Span(5.0, 40.0, "K"),
-    ("polarization", "ratio_2"): Span(0.5, 3.0, "1"),
-    ("polarization", "ratio_3"): Span(0.5, 3.0, "1"),
+    ("polarization", "ratio_2"): Span(1.0, 3.0, "1"),
+    ("polarization", "ratio_3"): Span(1.0, 3.0, "1"),
     ("warm_up", "time"): Span(600.0, 3600.0, "s"),
     ("hysteresis", "width"): Span(3.0, 12.0, "K"),
     ("hysteresis", "spread"): Span(15.0, 80.0, "K"),
