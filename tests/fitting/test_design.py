@@ -8,7 +8,7 @@ from torch import Generator, Tensor
 
 from zoo.catalog import build, names
 from zoo.effects.bounds import to_physical
-from zoo.fitting.design import Design, coarse_starts
+from zoo.fitting.design import Design, close_starts, coarse_starts
 from zoo.fitting.noise import blocks_of, noise_of
 from zoo.measurements.run import Run
 from zoo.models.graybox import GrayBox
@@ -136,6 +136,48 @@ def test_coarse_starts_are_a_grid_over_the_coil_and_leave_the_rest() -> None:
     assert 30 < float(lags.min()) < 200, "from minutes"
     assert 1800 < float(lags.max()) < 7200, "to an hour"
     assert bool(torch.isfinite(made.columns(starts)).all())
+
+
+def one_thermometer() -> Design:
+    inputs = tuple(name for name in INPUTS if name != "temperature_outer_c")
+    return design(["static_bias", "shupe", "mohr"], [recorded(1, inputs=inputs), recorded(2, 400, inputs)])
+
+
+def test_of_one_thermometer_no_start_is_where_its_lead_does_not_matter() -> None:
+    made = one_thermometer()
+    starts = coarse_starts(made)
+    lag, lead = to_physical(starts, [one for _, one in made.model.parameters_of_theta()])[:, :2].T
+    assert bool((lead + 2 * lag > 0).all())
+    assert (float(lag.min()), float(lag.max())) == pytest.approx((20.0, 2500.0))
+    moved = starts + torch.tensor([0.0, 1e-3, *[0.0] * (starts.shape[1] - 2)])
+    assert bool(((made.columns(moved) - made.columns(starts)).abs().amax(dim=(1, 2)) > 0).all())
+
+
+@pytest.mark.parametrize("several", [False, True])
+def test_close_starts_move_the_coil_by_less_than_short_fringes(several: bool) -> None:
+    """Some start has the coil within 2.5 K of wherever it is, half a short fringe, in runs that reach 1.5 K/min."""
+    made = design(["static_bias", "shupe", "mohr"]) if several else one_thermometer()
+    theta = made.model.theta()
+    starts = close_starts(made, theta)
+    torch.testing.assert_close(starts[:, len(made.model.coil_parameters) :], theta[len(made.model.coil_parameters) :].expand(len(starts), -1))
+    near = [made.histories(start)[0]["coil"].temperature.detach() for start in starts]
+    for lag, other in [(120.0, 0.3), (400.0, 0.6)] if several else [(120.0, -180.0), (400.0, -730.0)]:
+        with torch.no_grad():
+            made.model.coil_value[:2] = torch.tensor([lag, other], dtype=torch.float64)
+        there = made.histories(made.model.theta())[0]["coil"].temperature.detach()
+        assert min(float((one - there)[60:].square().mean().sqrt()) for one in near) < 2.5
+
+
+def test_at_means_an_effect_without_memory_is_nearly_what_its_means_are() -> None:
+    made = design(["static_bias", "shupe", "mohr"])
+    fringes = build("effects", "polarization")
+    shapes = torch.tensor([[20.0, 1.0, 1.0, 0.0], [30.0, 2.0, 3.0, 30.0]], dtype=torch.float64)
+    places = made.histories(made.model.theta())
+    for one in range(2):
+        exact = made.effect_columns(fringes, places, shapes[one : one + 1])
+        quick = made.effect_columns_at_means(fringes, places, shapes[one : one + 1])
+        assert quick.shape[2] == (2 if one == 0 else 6), "three lines in one place are one"
+        torch.testing.assert_close(quick, exact[..., : quick.shape[2]], rtol=0, atol=0.08 * float(exact.abs().max()))
 
 
 def test_the_noise_of_runs_is_that_of_their_block_means() -> None:

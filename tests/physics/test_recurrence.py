@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 import torch
 
-from zoo.physics.recurrence import affine, clamped
+from zoo.physics.recurrence import affine, clamped, geometric
 
 LENGTHS = [1, 2, 3, 7, 64, 1000]
 
@@ -21,6 +21,18 @@ def test_affine_is_the_loop(length: int) -> None:
         state = gain[:, k] * state + offset[:, k]
         states.append(state)
     assert torch.allclose(affine(gain, offset, start), torch.stack(states, -1), atol=1e-12)
+
+
+@pytest.mark.parametrize("length", LENGTHS)
+def test_one_gain_at_every_step_is_the_same_without_the_doubling(length: int) -> None:
+    """Slow, fast, and so fast that nothing is left after a step."""
+    random = torch.Generator().manual_seed(length)
+    rate = torch.tensor([1e-4, 0.3, 800.0], dtype=torch.float64)
+    offset = torch.randn(3, length, generator=random, dtype=torch.float64)
+    start = torch.randn(3, generator=random, dtype=torch.float64)
+    expected = affine(torch.exp(-rate).unsqueeze(-1).expand(3, length), offset, start)
+    torch.testing.assert_close(geometric(rate, offset, start), expected, rtol=1e-12, atol=1e-12)
+    torch.testing.assert_close(geometric(rate[1], offset[1], start[1]), expected[1], rtol=1e-12, atol=1e-12)
 
 
 @pytest.mark.parametrize("length", LENGTHS)

@@ -1,0 +1,41 @@
+"""A small effect beside a large one: its own, or the large one's misfit."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import pytest
+import torch
+
+from zoo.diagnosis.corrections import stands_apart
+from zoo.diagnosis.diagnose import diagnose, open_bench
+from zoo.simulator.in_process import as_run
+
+
+@pytest.mark.parametrize("seed", [1, 2, 3])
+def test_a_small_effect_beside_a_large_one_of_one_quantity_is_named(simulation, catalogue, base, seed) -> None:
+    """Fringes of less than the noise beside ageing of thirty times it, which any function of time would explain as well."""
+    large, small = simulation("aging", seed, 30.0), simulation("polarization", seed, 0.7)
+    runs = []
+    for one, other in zip(large.runs, small.runs, strict=True):
+        run = as_run(one)
+        runs.append(replace(run, error=run.error + other.truth["polarization_dph"]))
+    found = diagnose(runs, base, catalogue)
+    assert (found.verdict, set(found.search.missing)) == ("missing", {"aging", "polarization"})
+
+
+@pytest.mark.parametrize("seed", [1, 2])
+def test_what_a_freer_form_of_the_first_explains_is_no_effect_of_its_own(simulation, catalogue, base, white, seed) -> None:
+    """A drift with a bend that ageing does not have: whatever is added for the bend, a function of time takes over."""
+    runs = []
+    for one in simulation("", seed).runs:
+        run = as_run(one)
+        share = (run.time - run.time[0]) / float(run.time[-1] - run.time[0])
+        runs.append(replace(run, error=run.error + white * (30 * torch.log1p(8 * share) + 2.0 * torch.sin(5 * share))))
+    bench = open_bench(runs, base, catalogue)
+    start = bench.solve(tuple(base))
+    before = bench.add(start, "aging")
+    for name in ("warm_up", "moisture"):
+        after = bench.add(before, name)
+        evidence = bench.evidence(before, after)
+        assert not stands_apart(bench, start, before, after, evidence, 8.0), name
