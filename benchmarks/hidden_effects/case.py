@@ -30,8 +30,8 @@ from zoo.simulator.simulate import simulate
 from zoo.simulator.simulation import Simulation
 
 SAMPLE_S = 10.0
-FEW_LAYERS, FEW_TURNS = 16, 10
-"""Of the windings whose heat is computed turn by turn."""
+FEW_LAYERS, FEW_TURNS, FEW_ERRORS = 16, 10, 0.2
+"""Of the windings whose heat is computed turn by turn; a tactical gyro's errors would be whole layers of these."""
 Table = Mapping[str, Tensor]
 
 
@@ -157,7 +157,7 @@ def made(one: Recipe) -> Case:
 
 def _gyro(one: Recipe) -> GyroClass:
     gyro = {"medium": MEDIUM, "tactical": TACTICAL}[one.gyro]
-    return changed(gyro, layers=FEW_LAYERS, turns=FEW_TURNS) if one.heat == "radial_axial" else gyro
+    return changed(gyro, layers=FEW_LAYERS, turns=FEW_TURNS, winding_error_turns=FEW_ERRORS) if one.heat == "radial_axial" else gyro
 
 
 def _campaign(one: Recipe, sigma_dph: float) -> tuple[Campaign, list[tuple[tuple[float, float], ...]]]:

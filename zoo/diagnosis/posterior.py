@@ -21,6 +21,9 @@ STEEPNESS = 1.5
 """How fast the odds of an unknown effect rise with the strain, as its power. Both are engineering choices: how far they are from calibrated is what
 benchmarks/hidden.py prints."""
 
+REFUSED = 0.5
+"""Most that is believed of a further effect that the search did not add, whatever its evidence: of those that might mop up, about half are real."""
+
 
 @dataclass(frozen=True)
 class Hypothesis:
@@ -67,7 +70,7 @@ def hypotheses(found: Search, structure: Structure) -> list[Hypothesis]:
     """
     members = {name: posterior(_round_of(found, name).trials) for name in found.missing}
     last = _last(found)
-    more = posterior(last.trials) if last else {}
+    more = _refused(posterior(last.trials)) if last else {}
     stop = max(1.0 - sum(more.values()), FAINT)
     whole = math.prod(max(chances[name], FAINT) for name, chances in members.items()) * stop
     sets = {tuple(sorted(found.missing)): whole}
@@ -79,6 +82,12 @@ def hypotheses(found: Search, structure: Structure) -> list[Hypothesis]:
     sets |= {tuple(sorted([*found.missing, other])): whole / stop * chance for other, chance in more.items()}
     total = sum(sets.values()) / (1.0 - unknown(structure))
     return sorted((Hypothesis(effects, weight / total) for effects, weight in sets.items()), key=lambda one: -one.probability)
+
+
+def _refused(chances: dict[str, float]) -> dict[str, float]:
+    """Chances of effects none of which was added."""
+    share = min(1.0, REFUSED / max(sum(chances.values()), FAINT))
+    return {name: share * chance for name, chance in chances.items()}
 
 
 def _round_of(found: Search, name: str) -> Step:

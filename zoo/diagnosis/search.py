@@ -72,8 +72,17 @@ def search(bench: Workbench, base: Solved, candidates: list[str], progress: Call
             break
     if len(found.missing) < 2 and not examine(bench, found.final, base).is_noise:
         _pair(bench, found, candidates, progress)
+    _drop(bench, found)
     _agree(bench, found)
     return found
+
+
+def _drop(bench: Workbench, found: Search) -> None:
+    """Leave out what beside all the others, as they are in the end, is not called for."""
+    for name in found.missing if len(found.missing) > 1 else []:
+        less = bench.without(found.final, name)
+        if bench.evidence(less, found.final) < ACCEPT:
+            found.keep(less)
 
 
 def _agree(bench: Workbench, found: Search) -> None:

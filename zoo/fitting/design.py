@@ -21,6 +21,8 @@ LAGS_S, ZEROS = (20.0, 60.0, 150.0, 400.0, 1000.0, 2500.0), (0.3, 1.0, 1.8, 3.0)
 LOW, HIGH = 0.35, 0.95
 """Part of a logarithmic range in which lags are tried: half a minute to two hours."""
 CLOSE_LAGS, CLOSE_WEIGHTS, CLOSE_LEADS = 14, (0.1, 0.4, 0.7, 0.95), 25
+SHORT_LAG_S = 60.0
+"""Tried beside the lag that a model has, which may have been bent to smooth away what is missing."""
 LAST_LEAD, FIRST_LEAD = -1500.0, 900.0
 """Leads that are looked at closely [s]: at 1 K/min, from 25 K behind the thermometer to 15 K ahead of it."""
 
@@ -122,8 +124,10 @@ def close_starts(design: Design, around: Tensor) -> Tensor:
     """(G, P) the coil's lag and weight, or its lead, as closely as an effect needs it that changes within a few kelvins; see `coarse_starts`."""
     declared = design.model.parameters_of_theta()
     if len(design.model.thermometers) == 1:
-        leads = torch.linspace(LAST_LEAD, FIRST_LEAD, CLOSE_LEADS, dtype=torch.float64)
-        places, values = [1], to_unit(leads.unsqueeze(1), [declared[1][1]])
+        lag, leads = declared[0][1], torch.linspace(LAST_LEAD, FIRST_LEAD, CLOSE_LEADS, dtype=torch.float64)
+        short = to_unit(torch.tensor([[SHORT_LAG_S]], dtype=torch.float64), [lag]).squeeze(0)
+        lags = torch.cat([around[:1].cpu(), short])
+        places, values = [0, 1], torch.cartesian_prod(lags, to_unit(leads.unsqueeze(1), [declared[1][1]]).squeeze(1))
     else:
         lags = LOW + (HIGH - LOW) * torch.linspace(0.0, 1.0, CLOSE_LAGS, dtype=torch.float64)
         places, values = [0, 1], torch.cartesian_prod(lags, torch.tensor(CLOSE_WEIGHTS, dtype=torch.float64))
