@@ -37,7 +37,7 @@ def test_the_class_is_written_and_its_commands_refit_with_it(tmp_path, capsys, m
     (tmp_path / "conf" / "effects").mkdir(parents=True)
     monkeypatch.chdir(tmp_path)
     assert run("simulate", *GYRO, "hydra.run.dir=runs") == 0
-    given = ["data.files=[runs/run_1.csv]", "candidates=[polarization,chamber_cycling]", f"hydra.searchpath=[file://{tmp_path}/conf]"]
+    given = ["data.files=[runs/run_1.csv]", "candidates=[chamber_cycling]", f"hydra.searchpath=[file://{tmp_path}/conf]"]
     capsys.readouterr()
     assert run("diagnose", *given, "hydra.run.dir=out") == 0
     said = capsys.readouterr().out
