@@ -8,6 +8,9 @@ from dataclasses import replace
 import pytest
 
 from zoo.diagnosis.diagnose import Diagnosis, diagnose
+from zoo.diagnosis.posterior import hypotheses
+from zoo.diagnosis.search import Search, _drop
+from zoo.diagnosis.trials import Step
 from zoo.simulator.in_process import as_run
 
 
@@ -44,3 +47,25 @@ def test_an_effect_that_was_bent_to_make_up_for_the_second_is_replaced_when_that
     assert found.search.steps[0].chosen == "glass_transition"
     assert found.verdict == "missing"
     assert set(found.search.missing) == {"rate_temperature_coupling", second}
+
+
+def test_what_is_not_called_for_beside_the_others_is_dropped(diagnosis) -> None:
+    found = diagnosis("bias_step")
+    bench, base = found.bench, found.search.base
+    for more in ("supply_voltage", "magnetic"):
+        search = Search(base, bench.add(bench.add(base, more), "bias_step"))
+        _drop(bench, search)
+        assert search.missing == ["bias_step"]
+
+
+def test_no_set_with_more_in_it_is_likelier_than_what_was_named(diagnosis) -> None:
+    """Not even where the evidence is for more, but the search took that for a correction of what was there."""
+    found = diagnosis("bias_step")
+    *others, last = found.search.steps
+    assert set(last.before.names) == set(found.search.final.names)
+    refused = Step(last.before, [replace(last.trials[0], evidence=60.0, refitted=True), *last.trials[1:]])
+    listed = hypotheses(replace(found.search, steps=[*others, refused]), found.structure)
+    chances = {one.effects: one.probability for one in listed}
+    more = tuple(sorted(["bias_step", last.trials[0].screened.name]))
+    assert chances[("bias_step",)] >= chances[more] > 0.4, "half believed"
+    assert listed[0].effects == ("bias_step",)

@@ -32,8 +32,9 @@ def made(seed: int) -> Design:
     return Design(GrayBox(effects, list(runs[0].columns)), runs, Whitener(noise_of(runs), blocks_of(runs)))
 
 
-@pytest.mark.parametrize("seed", [1, 2, 3, 4])
-def test_no_single_start_of_the_grid_ends_much_lower(seed) -> None:
+@pytest.mark.parametrize(("seed", "trap"), [(1, False), (4, False), (11, True), (18, True), (21, True)])
+def test_no_single_start_of_the_grid_ends_much_lower(seed, trap) -> None:
+    """Of some gyros the fit from the most promising start ends high above the least."""
     design = made(seed)
     starts = coarse_starts(design)
     ends = [fit(design.plain_columns, design.target, start, weigh=design.whitener).cost for start in starts]
@@ -41,6 +42,7 @@ def test_no_single_start_of_the_grid_ends_much_lower(seed) -> None:
     assert found < min(ends) + 4.0, "two standard deviations of one parameter"
     first = ends[int(project(design.columns(starts), design.target).cost.argmin())]
     assert found <= first + 1e-2
+    assert (first > found + 5.0) is trap
 
 
 def test_one_start_is_the_fit_from_there() -> None:

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 import torch
 from torch import Tensor
 
@@ -81,12 +79,8 @@ class Design:
         return torch.cat(parts, dim=-1)
 
     def effect_columns_at_means(self, effect: Effect, places: list[dict[str, History]], shapes: Tensor) -> Tensor:
-        """The same for an effect without memory at the mean temperature of each block, which is faster, and for short fringes not quite as good."""
-        parts = []
-        for run, place in zip(self.runs, places, strict=True):
-            here = place[effect.place]
-            mean = replace(here, temperature=run.block_mean(here.temperature), rate=run.block_mean(here.rate))
-            parts.append(spread(effect.columns(mean, shapes), shapes))
+        """The same for an effect without memory at the means of each block, which is faster, and for short fringes not quite as good."""
+        parts = [spread(effect.columns(_means(run, place[effect.place]), shapes), shapes) for run, place in zip(self.runs, places, strict=True)]
         return self.whitener(_without_repetition(torch.cat(parts, dim=-2)))
 
     def histories(self, theta: Tensor) -> list[dict[str, History]]:
@@ -112,6 +106,20 @@ class Design:
                 blocks.append(run.block_mean_columns(spread(effect.columns(place[effect.place], part), part)))
             found.append((whitener or self.whitener)(torch.cat(blocks, dim=-2)))
         return torch.cat(found)
+
+
+def _means(run: Run, here: History) -> History:
+    """The block means of everything that a place's history has."""
+    return History(
+        run.block_mean(here.time),
+        run.block_mean(here.temperature),
+        run.block_mean(here.rate),
+        run.block_mean(here.gradient),
+        run.block_mean(here.thermometer),
+        run.block_mean(here.reference),
+        {name: run.block_mean(value) for name, value in here.inputs.items()},
+        here.run,
+    )
 
 
 def _without_repetition(columns: Tensor) -> Tensor:
