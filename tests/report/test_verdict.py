@@ -159,3 +159,14 @@ def test_what_the_next_experiment_is_for_where_no_twin_was_named() -> None:
     assert "It might yet be warm_up in the place of aging: see the next experiment below." in proposed([], ["aging", "warm_up"])
     assert "might" not in proposed([], ["mohr", "shupe"])
     assert "might" not in proposed(["warm_up"], ["aging", "warm_up"])
+
+
+def test_a_rung_of_the_first_effect_alone_is_shown_only_where_it_was_fitted_alone() -> None:
+    """Where it was put in its place again beside the second, its RMS is that of both."""
+    record = {"effects": ["base"], "rms": 3.0, "rms_final": 1.0, "missing": ["one", "other"], "verdict": "missing"}
+    for beside, added in ((["base"], [None, "one", "other"]), (["base", "other"], [None, "one and other"])):
+        first = {"effect": "one", "rms": 2.0 if beside == ["base"] else 1.0, "beside": beside}
+        rungs = ladder(record | {"candidates": [first]})
+        assert [rung.added for rung in rungs] == added
+        assert [rung.rms for rung in rungs] == ([3.0, 2.0, 1.0] if len(added) == 3 else [3.0, 1.0])
+        assert rungs[-1].effects == ["base", "one", "other"]

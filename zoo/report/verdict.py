@@ -70,12 +70,14 @@ def ladder(diagnosis: Record, refinement: Record | None = None) -> list[Rung]:
 def _short_ladder(diagnosis: Record) -> list[Record]:
     names, effects = missing(diagnosis), diagnosis.get("effects") or []
     steps: list[Record] = [{"added": None, "effects": effects, "rms": diagnosis.get("rms")}]
-    if len(names) > 1:
-        steps.append({"added": names[0], "effects": [*effects, names[0]], "rms": candidate(diagnosis, names[0]).get("rms")})
+    first: Record = candidate(diagnosis, names[0]) if names else {}
+    alone = len(names) > 1 and set(first.get("beside", effects)) == set(effects)  # else its RMS is that with the others beside it
+    if alone:
+        steps.append({"added": names[0], "effects": [*effects, names[0]], "rms": first.get("rms")})
     if names:
         # The candidate's own RMS is of its first fit; later rounds may have refitted it.
         final = finite(diagnosis.get("rms_final")) or (candidate(diagnosis, names[0]).get("rms") if len(names) == 1 else None)
-        steps.append({"added": joined(names[1:] or names), "effects": [*effects, *names], "rms": final})
+        steps.append({"added": joined(names[1:] if alone else names), "effects": [*effects, *names], "rms": final})
     return [step for step in steps if finite(step["rms"]) is not None]
 
 
