@@ -70,8 +70,8 @@ def ladder(diagnosis: Record, refinement: Record | None = None) -> list[Rung]:
 def _short_ladder(diagnosis: Record) -> list[Record]:
     names, effects = missing(diagnosis), diagnosis.get("effects") or []
     steps: list[Record] = [{"added": None, "effects": effects, "rms": diagnosis.get("rms")}]
-    first: Record = candidate(diagnosis, names[0]) if names else {}
-    alone = len(names) > 1 and set(first.get("beside", effects)) == set(effects)  # else its RMS is that with the others beside it
+    first = candidate(diagnosis, names[0]) if names else {}
+    alone = len(names) > 1 and set(first.get("beside") or effects) == set(effects)  # else its RMS is that with the others beside it
     if alone:
         steps.append({"added": names[0], "effects": [*effects, names[0]], "rms": first.get("rms")})
     if names:
