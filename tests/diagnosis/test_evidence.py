@@ -16,7 +16,7 @@ from zoo.catalog import build, names
 from zoo.diagnosis.acceptance import ACCEPT
 from zoo.diagnosis.alike import indistinguishable
 from zoo.diagnosis.cross_validation import rms_by_run, segment_cost
-from zoo.diagnosis.posterior import TEMPER, believed, hypotheses, posterior, unknown
+from zoo.diagnosis.posterior import ANOTHER, SOMETHING, TEMPER, believed, hypotheses, posterior, unknown
 from zoo.diagnosis.screening import Screened, screen
 from zoo.diagnosis.search import Search, what_helps
 from zoo.diagnosis.structure import examine
@@ -57,11 +57,22 @@ def test_posteriors_of_every_round_of_a_search_sum_to_less_than_one(diagnosis) -
 @pytest.mark.parametrize("hidden", ["", "bias_step", "polarization"])
 def test_hypotheses_sum_to_one_with_the_unknown_and_the_verdict_is_the_first(diagnosis, hidden) -> None:
     found = diagnosis(hidden)
-    listed = hypotheses(found.search, found.structure)
+    listed = hypotheses(found.search, found.structure, 0.0)
     assert sum(one.probability for one in listed) + unknown(found.structure) == pytest.approx(1)
-    assert len({one.effects for one in listed}) == len(listed)
+    assert len({(one.effects, one.faint) for one in listed}) == len(listed)
     assert listed[0].effects == ((hidden,) if hidden else ())
     assert listed[0].probability > 0.8
+    assert not any(one.probability for one in listed if one.faint), "what would be seen is not there"
+
+
+@pytest.mark.parametrize(("hidden", "odds"), [("", SOMETHING), ("bias_step", ANOTHER)])
+def test_what_cannot_be_seen_is_as_probable_after_looking_as_before(diagnosis, hidden, odds) -> None:
+    found = diagnosis(hidden)
+    effects = (hidden,) if hidden else ()
+    for share in (0.3, 1.0):
+        listed = {(one.effects, one.faint): one.probability for one in hypotheses(found.search, found.structure, share)}
+        assert sum(listed.values()) + unknown(found.structure) == pytest.approx(1)
+        assert listed[(effects, True)] / listed[(effects, False)] == pytest.approx(share * odds)
 
 
 def test_evidence_is_antisymmetric_and_none_against_itself(diagnosis) -> None:

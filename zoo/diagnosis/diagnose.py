@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from dataclasses import asdict, dataclass
 from typing import Any
@@ -9,6 +10,7 @@ from typing import Any
 from zoo.diagnosis.alike import indistinguishable
 from zoo.diagnosis.cross_validation import rms_by_run
 from zoo.diagnosis.description import describe
+from zoo.diagnosis.detection_limits import Limit, detection_limits
 from zoo.diagnosis.experiment.proposal import Proposal
 from zoo.diagnosis.experiment.propose import propose
 from zoo.diagnosis.experiment.rivals import rivals_of
@@ -108,6 +110,7 @@ def diagnose(runs: list[Run], effects: list[str], catalogue: dict[str, Effect], 
         structure = examine(bench, found.final, base)
     verdict = "unknown" if not structure.is_noise else "missing" if found.missing else "complete"
     floor = bench.noise_floor(found.final) if structure.is_noise else bench.mixtures.white
+    limits = detection_limits(bench, found.final, [name for name in candidates if name not in found.final.names])
     record = {
         "schema_version": SCHEMA_VERSION,
         "effects": list(effects),
@@ -124,8 +127,9 @@ def diagnose(runs: list[Run], effects: list[str], catalogue: dict[str, Effect], 
         "rms_final": found.final.rms,
         "verdict": verdict,
         "missing": found.missing,
-        "posterior": _posterior(found, structure),
+        "posterior": _posterior(found, structure, limits),
         "candidates": _candidates(bench, found, candidates, 1.0 - unknown(structure)),
+        "detection_limits": {name: _limit(limit) for name, limit in limits.items()},
         "where": regions(bench.runs, base.residual, floor),
         "next_experiment": None,
         "unexplained": [],
@@ -150,11 +154,21 @@ def _experiment(bench: Workbench, found: Search, record: dict[str, Any], progres
     return propose(bench, rivals)
 
 
-def _posterior(found: Search, structure: Structure) -> list[dict[str, Any]]:
+def _limit(limit: Limit) -> dict[str, float | None]:
+    """A limit of detection for JSON, which knows no infinity."""
+    return {"size": limit.size if math.isfinite(limit.size) else None, "hidden": limit.hidden}
+
+
+def _posterior(found: Search, structure: Structure, limits: dict[str, Limit]) -> list[dict[str, Any]]:
     """Hypotheses with their probabilities, likeliest first."""
+    hidden = sum(limit.hidden for limit in limits.values()) / max(len(limits), 1)
     listed = [
-        {"hypothesis": "missing" if one.effects else "complete", "effects": list(one.effects), "probability": one.probability}
-        for one in hypotheses(found, structure)[:LISTED]
+        {
+            "hypothesis": "faint" if one.faint else "missing" if one.effects else "complete",
+            "effects": list(one.effects),
+            "probability": one.probability,
+        }
+        for one in hypotheses(found, structure, hidden)[:LISTED]
     ]
     return sorted([*listed, {"hypothesis": "unknown", "effects": [], "probability": unknown(structure)}], key=lambda one: -one["probability"])
 

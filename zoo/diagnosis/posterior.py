@@ -24,6 +24,9 @@ benchmarks/hidden.py prints."""
 REFUSED = 0.5
 """Most that is believed of a further effect that the search did not add, whatever its evidence: of those that might mop up, about half are real."""
 
+SOMETHING, ANOTHER = 4.0, 0.4
+"""Odds before looking that a model lacks something rather than nothing, and that what was found is not all. What the runs cannot show keeps them."""
+
 
 @dataclass(frozen=True)
 class Hypothesis:
@@ -32,10 +35,12 @@ class Hypothesis:
     Attributes:
         effects: sorted; none where the model is complete.
         probability: against all others that were tried, the unknown included.
+        faint: whether beside them there is another effect, too small for these runs to show.
     """
 
     effects: tuple[str, ...]
     probability: float
+    faint: bool = False
 
 
 def believed(excess: Tensor) -> Tensor:
@@ -59,14 +64,16 @@ def unknown(structure: Structure) -> float:
     return 1.0 / (1.0 + math.exp(-STEEPNESS * math.log(max(structure.strain, 1e-6))))
 
 
-def hypotheses(found: Search, structure: Structure) -> list[Hypothesis]:
+def hypotheses(found: Search, structure: Structure, hidden: float) -> list[Hypothesis]:
     """The effects that were found and what differs from them in one, likeliest first; what their probabilities lack to 1 is the unknown's.
 
-    A set's probability is the product of those of its effects, each beside the others, and of nothing more being needed.
+    A set's probability is the product of those of its effects, each beside the others, and of nothing more being needed. What the runs could not show
+    is as probable after looking as before.
 
     Args:
         found: the search.
         structure: the absolute test of its final model.
+        hidden: probability that an effect which is missing there is too small to be seen, see `zoo.diagnosis.detection_limits`.
     """
     members = {name: posterior(_round_of(found, name).trials) for name in found.missing}
     last = _last(found)
@@ -81,7 +88,12 @@ def hypotheses(found: Search, structure: Structure) -> list[Hypothesis]:
         sets |= {tuple(sorted([*others, other])): each * chance for other, chance in chances.items() if other not in found.missing}
     sets |= {tuple(sorted([*found.missing, other])): whole / stop * chance for other, chance in more.items()}
     total = sum(sets.values()) / (1.0 - unknown(structure))
-    return sorted((Hypothesis(effects, weight / total) for effects, weight in sets.items()), key=lambda one: -one.probability)
+    found_set = tuple(sorted(found.missing))
+    odds = hidden * (ANOTHER if found.missing else SOMETHING)
+    known = sets.pop(found_set) / total
+    listed = [Hypothesis(found_set, known / (1.0 + odds)), Hypothesis(found_set, known * odds / (1.0 + odds), faint=True)]
+    listed += [Hypothesis(effects, weight / total) for effects, weight in sets.items()]
+    return sorted(listed, key=lambda one: -one.probability)
 
 
 def _refused(chances: dict[str, float]) -> dict[str, float]:

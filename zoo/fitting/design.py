@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 import torch
 from torch import Tensor
 
@@ -95,7 +97,9 @@ class Design:
         self._housings[i] = places["housing"]
         return places
 
-    def effect_columns(self, effect: Effect, places: list[dict[str, History]], shapes: Tensor, whitener: Whitener | None = None) -> Tensor:
+    def effect_columns(
+        self, effect: Effect, places: list[dict[str, History]], shapes: Tensor, whitener: Callable[[Tensor], Tensor] | None = None
+    ) -> Tensor:
         """Columns of one effect for many shapes at fixed histories, by the design's whitener or another: (G, S) physical -> (G, N, K)."""
         length = max(raw.shape[0] for raw in self.raw)
         size = max(1, CHUNK_ELEMENTS // (length * len(effect.amplitudes)))

@@ -13,6 +13,7 @@ from zoo.report import tables
 from zoo.report.drawings import drawn, ladder_drawing, program_drawing, run_drawings, shades
 from zoo.report.experiment import experiment_drawing, experiment_settings
 from zoo.report.floors import Floors, multiple
+from zoo.report.limits import limit_rows
 from zoo.report.notes import merged
 from zoo.report.probable import hypothesis_rows, the_rest
 from zoo.report.sampled import sampled_facts
@@ -86,6 +87,7 @@ def _context(diagnosis: Record, traces: list[Trace], refinement: Record | None, 
         "regions_shown": REGIONS_SHOWN,
         "hypotheses": hypothesis_rows(diagnosis),
         "the_rest": the_rest(diagnosis),
+        "limits": limit_rows(diagnosis, scale),
         "candidates": tables.candidate_rows(diagnosis, scale, _added(diagnosis, refinement) if refinement else None),
         "effects": _effects(diagnosis, refinement, scale),
         "written": datetime.now().astimezone().strftime("%Y-%m-%d %H:%M %Z"),

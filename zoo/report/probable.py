@@ -1,4 +1,4 @@
-"""How probable each hypothesis is that a diagnosis compared: nothing missing, each set of effects, something unknown."""
+"""How probable each hypothesis is that a diagnosis compared: nothing missing, each set of effects, one too small to be seen, something unknown."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ SURE = 0.9
 """From here on the terminal does not name the alternatives."""
 NAMED = 4
 """How many of them it names."""
-NOTHING, SOMETHING = "nothing", "something unknown"
+NOTHING, SOMETHING, FAINT = "nothing", "something unknown", "one too small for these runs"
 
 
 @dataclass(frozen=True)
@@ -69,7 +69,8 @@ def _chance(entry: Record) -> float:
 def _words(entry: Record, found: list[str]) -> str:
     """The effects as the verdict orders them, then the others."""
     kind, effects = entry.get("hypothesis"), [str(name) for name in entry.get("effects") or []]
-    return NOTHING if kind == "complete" else SOMETHING if kind == "unknown" else joined(sorted(effects, key=lambda name: _rank(name, found)))
+    named = sorted(effects, key=lambda name: _rank(name, found))
+    return NOTHING if kind == "complete" else SOMETHING if kind == "unknown" else joined([*named, *([FAINT] if kind == "faint" else [])])
 
 
 def _rank(name: str, found: list[str]) -> int:

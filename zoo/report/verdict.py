@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from zoo.report.floors import WORTH_TELLING, Floors, excess
+from zoo.report.limits import what_could_hide
 from zoo.report.trace import HELD_OUT, Trace, rms
 from zoo.report.wording import finite, joined, percent, times
 
@@ -97,7 +98,7 @@ def verdict_of(diagnosis: Record, refinement: Record | None = None) -> Verdict:
     kind = diagnosis.get("verdict")
     if kind == "complete":
         left = _noise(excess(diagnosis.get("rms"), diagnosis.get("noise_floor")))
-        return Verdict("complete", "The model is complete", [f"What it leaves {left}", "No effect has to be added."])
+        return Verdict("complete", "The model is complete", [f"What it leaves {left}", "No effect has to be added.", *what_could_hide(diagnosis)])
     if kind == "missing":
         return Verdict("missing", f"Missing: {joined(_named(diagnosis))}", _what_missing_means(diagnosis))
     if kind == "unknown":

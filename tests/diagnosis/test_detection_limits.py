@@ -1,0 +1,80 @@
+"""How large an effect must be to be seen: laws of the limit, and whether effects of that size are found."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+from statistics import median
+
+import pytest
+import torch
+from torch import Generator, Tensor
+
+from zoo.diagnosis.acceptance import ACCEPT
+from zoo.diagnosis.detection_limits import detection_limits
+from zoo.diagnosis.diagnose import open_bench
+
+DRAWS = 200
+PLANTED = "supply_voltage"
+
+
+@pytest.fixture(scope="module")
+def limits():
+    """Limits beside the base of a diagnosis, by name."""
+
+    def found(bench, base):
+        return detection_limits(bench, base, [name for name in bench.available() if name not in base.names])
+
+    return found
+
+
+def test_what_is_a_multiple_of_the_base_hides_in_any_size(diagnosis, catalogue, monkeypatch) -> None:
+    found = diagnosis("")
+    monkeypatch.setitem(found.bench.effects, "again", catalogue["mohr"])
+    limit = detection_limits(found.bench, found.search.base, ["again"])["again"]
+    assert limit.size > 1e4 * found.bench.mixtures.white
+    assert limit.hidden == 1.0
+
+
+def test_limits_go_with_the_unit(runs, catalogue, base, limits) -> None:
+    given = runs("")
+    bench, larger = (open_bench([replace(run, error=factor * run.error) for run in given], base, catalogue) for factor in (1.0, 50.0))
+    small, large = (limits(each, each.solve(tuple(base))) for each in (bench, larger))
+    for name, limit in small.items():
+        if math.isfinite(limit.size) and limit.hidden < 0.9:
+            assert large[name].size == pytest.approx(50 * limit.size, rel=0.02), name
+            assert large[name].hidden == pytest.approx(limit.hidden, abs=0.01), name
+
+
+def test_twice_the_runs_show_what_is_smaller_by_up_to_the_root_of_two(runs, catalogue, base, limits) -> None:
+    few, many = (open_bench(runs("", runs=count), base, catalogue) for count in (2, 4))
+    fewer, more = (limits(each, each.solve(tuple(base))) for each in (few, many))
+    ratios = [fewer[name].size / more[name].size for name in fewer if fewer[name].hidden < 0.5]
+    assert len(ratios) > 5
+    assert 1.1 < median(ratios) < 1.05 * math.sqrt(2), "a little less, as more samples ask for more evidence"
+
+
+def test_an_effect_of_its_limit_is_found_nine_times_in_ten_and_one_of_half_of_it_seldom(diagnosis, monkeypatch) -> None:
+    """At the base's coil, beside white noise of the fitted level: what chance does to the evidence of one column."""
+    found = diagnosis("")
+    bench, base = found.bench, found.search.base
+    shape = bench.shapes(PLANTED)[:1]
+    monkeypatch.setattr(bench, "shapes", lambda name: shape)
+    one = bench.peek(base, PLANTED, shape[0])
+    column = one.plain_columns[:, one.places()[PLANTED][0]]
+    size = detection_limits(bench, base, [PLANTED])[PLANTED].size
+    likely, whiten = base.likely.noise, base.mixtures.whitener(base.likely.place)[1]
+    signal = whiten(column.unsqueeze(1)) / (0.5 * (column.max() - column.min()))
+    rest = whiten(base.fit.plain)
+    level = likely.white / base.mixtures.white  # of what is white after whitening
+    noise = level * torch.randn(len(signal), DRAWS, generator=Generator().manual_seed(4), dtype=torch.float64)
+    price = ACCEPT + 0.5 * math.log(bench.effective_samples)
+    for share, least, most in ((1.0, 0.75, 1.0), (0.5, 0.0, 0.25)):
+        gain = _cost(rest, share * size * signal + noise) - _cost(torch.cat([rest, signal], dim=1), share * size * signal + noise)
+        hits = (0.5 * gain / level**2 > price).double().mean()
+        assert least <= hits <= most
+
+
+def _cost(columns, targets) -> Tensor:
+    """Least squares left of each target (N, D) -> (D,)."""
+    return (targets - columns @ torch.linalg.lstsq(columns, targets).solution).square().sum(dim=0)

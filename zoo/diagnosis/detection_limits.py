@@ -1,0 +1,78 @@
+"""How large each effect would have to be for these runs to show it.
+
+A limit of detection follows from the columns and the noise alone: the residual has no part in it. What no run at hand can show may still be missing,
+and a diagnosis that finds nothing says so with as much confidence as its runs are worth.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import torch
+from torch import Tensor
+
+from zoo.diagnosis.acceptance import ACCEPT
+from zoo.diagnosis.shape_search import Beside
+from zoo.diagnosis.workbench import Solved, Workbench
+from zoo.fitting.projection import complement
+
+SHAPES = 12
+"""How many shapes of an effect's grid stand for all of them."""
+QUANTILE = 1.2816
+"""Standard deviations by which a signal must be above the threshold to be seen with 90 %."""
+SMALLEST, LARGEST = 0.1, 10.0
+"""Sizes that a missing effect may have, every factor as likely as any other [white noise of a mean over 10 s]."""
+REFERENCE_S = 10.0
+
+
+@dataclass(frozen=True)
+class Limit:
+    """What the runs can show of one effect.
+
+    Attributes:
+        size: half of peak to peak over the runs that is seen with 90 %, median over the shapes that the effect may have [unit]; infinite where the
+            model absorbs it.
+        hidden: probability that an effect of unknown size and shape is too small to be seen.
+    """
+
+    size: float
+    hidden: float
+
+
+def detection_limits(bench: Workbench, final: Solved, names: list[str]) -> dict[str, Limit]:
+    """The limit of detection of each effect beside a model: the matched filter's, for signals that the model cannot absorb to first order.
+
+    A column c, whitened by the noise that suits the model best and stripped of all that the model can absorb, is seen when a |c| exceeds the square
+    root of twice the log evidence that an addition must reach, by what chance may take away (Kay 1998, Fundamentals of Statistical Signal Processing
+    II, 4.3).
+
+    Args:
+        bench: the runs and effects.
+        final: the model, fitted.
+        names: effects that it has not.
+    """
+    noise, whitener = final.likely.noise, final.mixtures.whitener(final.likely.place)[1]
+    beside = Beside.under(final.design, final.fit.theta, final.fit.plain, whitener, bench.span_s)
+    per_sigma = final.mixtures.white / noise.white
+    ten = bench.mixtures.white * math.sqrt(bench.runs[0].average_s / REFERENCE_S)
+    found = {}
+    for name in names:
+        shapes = bench.shapes(name)
+        shapes = shapes[torch.linspace(0, len(shapes) - 1, min(len(shapes), SHAPES)).round().long()]
+        freedom = 1 + len(bench.effects[name].shape)
+        price = ACCEPT + math.log(max(len(names), 1)) + 0.5 * freedom * math.log(bench.effective_samples)
+        seen = math.sqrt(2.0 * price) + QUANTILE
+        sizes = (seen * _size_of_one_sigma(bench, beside, name, shapes) / per_sigma).flatten()
+        hidden = ((sizes / (SMALLEST * ten)).log() / math.log(LARGEST / SMALLEST)).clamp(0.0, 1.0)
+        found[name] = Limit(float(sizes.median()), float(hidden.mean()))
+    return found
+
+
+def _size_of_one_sigma(bench: Workbench, beside: Beside, name: str, shapes: Tensor) -> Tensor:
+    """(G, K) half of peak to peak of each column of an effect where it is one standard deviation of its own amplitude [unit]."""
+    effect = bench.effects[name]
+    plain = beside.design.effect_columns(effect, beside.places, shapes, lambda columns: columns)
+    left = complement(beside.whitener(plain), beside.basis).square().sum(dim=-2).sqrt()
+    height = 0.5 * (plain.amax(dim=-2) - plain.amin(dim=-2))
+    return torch.where(height > 0, height / left, torch.inf)

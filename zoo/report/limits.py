@@ -1,0 +1,62 @@
+"""How large each effect would have to be for the runs of a diagnosis to show it."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Any
+
+from zoo.report.floors import excess
+from zoo.report.wording import Scale, finite, joined, times
+
+Record = dict[str, Any]
+
+LEFT, RIGHT = 0.1, 100.0
+"""Ends of the logarithmic bars, in noise floors."""
+NAMED = 3
+"""How many of the effects that hide best are named in a sentence."""
+
+
+@dataclass(frozen=True)
+class LimitRow:
+    """One effect.
+
+    Attributes:
+        effect: its name.
+        size: written, of an effect that is seen with 90 %.
+        multiple: of the noise floor, written.
+        width: of its bar, in percent.
+    """
+
+    effect: str
+    size: str
+    multiple: str
+    width: str
+
+
+def limit_rows(diagnosis: Record, scale: Scale) -> list[LimitRow]:
+    """The effects, the one seen best first; those that hide in any size last."""
+    floor = diagnosis.get("noise_floor")
+    return [_row(name, size, excess(size, floor), scale) for name, size in _sizes(diagnosis)]
+
+
+def what_could_hide(diagnosis: Record) -> list[str]:
+    """What these runs show least of, in a sentence; none where that is not known."""
+    sizes = _sizes(diagnosis)[-NAMED:]
+    if not sizes:
+        return []
+    ratio = excess(sizes[0][1], diagnosis.get("noise_floor"))
+    until = "hardly to be seen in any size" if ratio is None else f"not to be seen below {times(ratio)} the noise floor"
+    return [f"What is small could still hide: most of all {joined([name for name, _ in sizes])}, {until}."]
+
+
+def _sizes(diagnosis: Record) -> list[tuple[str, float | None]]:
+    known = [(str(name), finite((limit or {}).get("size"))) for name, limit in (diagnosis.get("detection_limits") or {}).items()]
+    return sorted(known, key=lambda one: math.inf if one[1] is None else one[1])
+
+
+def _row(name: str, size: float | None, ratio: float | None, scale: Scale) -> LimitRow:
+    if size is None:
+        return LimitRow(name, "in no size", "", "100%")
+    place = 0.0 if not ratio else math.log(ratio / LEFT) / math.log(RIGHT / LEFT)
+    return LimitRow(name, scale.text(size), "" if ratio is None else times(ratio), f"{100 * min(max(place, 0.0), 1.0):.1f}%")
