@@ -73,7 +73,7 @@ def turned(
         order = chance.permutation(np.tile(ways, count // (STAYS * len(ways)) + 1))
         tilt = np.radians(np.repeat(order, STAYS)[:count])
         along, across = up * np.cos(tilt) + north * np.sin(tilt), north * np.cos(tilt) - up * np.sin(tilt)
-        return replace(program, rates=_pieces(along - up)), _pieces(across)
+        return replace(program, rates=_pieces(along - up)), (*_pieces(across), (north, program.seconds))  # upright again in the end
     if kind == "constant":
         return program, ((north, program.seconds),)
     largest = 3.0 * width_dph if kind == "slow" else 10 * 3600.0

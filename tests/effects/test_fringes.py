@@ -9,6 +9,7 @@ import torch
 from torch import Tensor
 
 from zoo.catalog import build
+from zoo.effects.polarization import APART, LONGEST_K
 
 
 def shape_of(*values: float) -> Tensor:
@@ -50,7 +51,7 @@ def test_a_search_tries_one_line_first_and_then_a_second_and_a_third_beside_it()
     assert bool((tried[:, 1:3] == 1.0).all()), "three lines in one place are one line"
     assert float(torch.diff(1 / tried[:, 0]).abs().max()) * 100 < 0.5, "half a fringe in 100 K"
     for best in (tried[10], tried[60], tried[95]):
-        inside = [one for one in (best[0] / tried[:, 0]).tolist() if 0.3 <= one <= 4.0 and abs(one - 1) > 0.01]
+        inside = [one for one in (best[0] / tried[:, 0]).tolist() if 0.3 <= one <= 4.0 and abs(one - 1) > APART]
         seconds = effect.shapes_near(best, 3e4)
         assert torch.equal(seconds[0], best)
         moved = [seconds[seconds[:, place] != best[place]] for place in range(4)]
@@ -58,10 +59,19 @@ def test_a_search_tries_one_line_first_and_then_a_second_and_a_third_beside_it()
         assert sorted(moved[1][:, 1].tolist()) == pytest.approx(sorted([*inside, 2.0, 3.0]))
         thirds = effect.shapes_near(moved[1][5], 3e4)
         assert bool((thirds[:, 1] == moved[1][5, 1]).all())
-        assert sorted(thirds[thirds[:, 2] != 1.0][:, 2].tolist()) == pytest.approx(sorted([*inside, 2.0, 3.0]))
+        apart = [one for one in [*inside, 2.0, 3.0] if abs(one / float(moved[1][5, 1]) - 1) > APART]
+        assert sorted(thirds[thirds[:, 2] != 1.0][:, 2].tolist()) == pytest.approx(sorted(apart))
         whole = thirds[thirds[:, 2] != 1.0][5]
         again = effect.shapes_near(whole, 3e4)
         assert [bool((again[:, place] != whole[place]).any()) for place in range(4)] == [False, True, True, True]
+
+
+@pytest.mark.parametrize("ratio", [1.0 + 0.9 * APART, 1.0 - 0.9 * APART, 0.5])
+def test_a_line_beside_the_first_or_a_very_long_one_is_the_first(seen, ratio) -> None:
+    """Else two lines of nearly one period cancel to whatever is slow, at amplitudes of a thousand times what they explain."""
+    effect = build("effects", "polarization")
+    columns = effect.columns(seen(effect), shape_of(0.9 * LONGEST_K, ratio, 3.0, 0.0))
+    torch.testing.assert_close(columns[..., 2:4], columns[..., :2])
 
 
 def test_a_lead_is_the_temperature_of_a_place_ahead(seen) -> None:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 
-from zoo.diagnosis.corrections import stands_apart
+from zoo.diagnosis.corrections import has_own_input, stands_apart
 from zoo.diagnosis.cross_validation import segment_cost
 from zoo.diagnosis.structure import examine
 from zoo.diagnosis.trials import OVERWHELMING, Trial
@@ -78,6 +78,8 @@ def pruned(bench: Workbench, full: Solved, base: Solved) -> Solved:
     for name in [other for other in full.names[:-1] if other not in base.names]:
         less = bench.without(full, name)
         own = bench.evidence(less, full)
-        if own < ACCEPT or (own < MINOR * bench.evidence(base, full) and examine(bench, less, base).is_noise):
+        others = [other for other in less.names if other not in base.names]
+        minor = own < MINOR * bench.evidence(base, full) and not has_own_input(bench, name, others)
+        if own < ACCEPT or (minor and examine(bench, less, base).is_noise):
             full = less
     return full

@@ -18,8 +18,9 @@ KEPT = 0.5
 def stands_apart(bench: Workbench, base: Solved, before: Solved, after: Solved, evidence: float, needed: float) -> bool:
     """Whether an addition is called for even where the effects before it may take any smooth form.
 
-    Those that depend on one quantity, as ageing does on time, are given a free function of it; what a correction of their form would explain is then
-    explained already. Where no such function stands for them, nobody can tell.
+    One that goes with an input which those before it do not know corrects none of them. Those that depend on one quantity, as ageing does on time,
+    are given a free function of it; what a correction of their form would explain is then explained already. Where no such function stands for them,
+    nobody can tell.
 
     Args:
         bench: the runs.
@@ -29,12 +30,24 @@ def stands_apart(bench: Workbench, base: Solved, before: Solved, after: Solved, 
         evidence: log Bayes factor of the two.
         needed: what an addition must reach.
     """
+    if any(has_own_input(bench, name, [one for one in before.names if one not in base.names]) for name in after.names if name not in before.names):
+        return True
     freer = _freer(bench, base, before)
     if freer is None:
         return False
     price = after.likely.logarithm - before.likely.logarithm - evidence
     left = _logarithm(bench, after, freer) - _logarithm(bench, before, freer) - price
     return left > max(needed, KEPT * evidence)
+
+
+def has_own_input(bench: Workbench, name: str, others: list[str]) -> bool:
+    """Whether an effect goes with a column or with the reference rate, and none of some others does."""
+    return bool(_inputs(bench, name).difference(*[_inputs(bench, other) for other in others]))
+
+
+def _inputs(bench: Workbench, name: str) -> set[str]:
+    effect = bench.effects[name]
+    return {*effect.needs, *(["the reference rate"] if effect.needs_varied_reference else [])}
 
 
 def _logarithm(bench: Workbench, solved: Solved, freer: Tensor) -> float:

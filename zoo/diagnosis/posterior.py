@@ -87,13 +87,12 @@ def hypotheses(found: Search, structure: Structure, hidden: float) -> list[Hypot
         sets[tuple(sorted(others))] = each * max(1.0 - sum(chances.values()), 0.0)
         sets |= {tuple(sorted([*others, other])): each * chance for other, chance in chances.items() if other not in found.missing}
     sets |= {tuple(sorted([*found.missing, other])): whole / stop * chance for other, chance in more.items()}
+    alone = 1.0 / (1.0 + hidden * (ANOTHER if found.missing else SOMETHING))
+    size = len(found.missing)
     total = sum(sets.values()) / (1.0 - unknown(structure))
-    found_set = tuple(sorted(found.missing))
-    odds = hidden * (ANOTHER if found.missing else SOMETHING)
-    known = sets.pop(found_set) / total
-    listed = [Hypothesis(found_set, known / (1.0 + odds)), Hypothesis(found_set, known * odds / (1.0 + odds), faint=True)]
-    listed += [Hypothesis(effects, weight / total) for effects, weight in sets.items()]
-    return sorted(listed, key=lambda one: -one.probability)
+    faint = (1.0 - alone) * sum(weight for effects, weight in sets.items() if len(effects) <= size) / total
+    listed = [Hypothesis(effects, (alone if len(effects) <= size else 1.0) * weight / total) for effects, weight in sets.items()]
+    return sorted([*listed, Hypothesis(tuple(sorted(found.missing)), faint, faint=True)], key=lambda one: -one.probability)
 
 
 def _refused(chances: dict[str, float]) -> dict[str, float]:

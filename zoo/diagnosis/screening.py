@@ -8,7 +8,7 @@ from torch import Tensor
 
 from zoo.diagnosis.elsewhere import look_elsewhere
 from zoo.diagnosis.shape_search import Beside
-from zoo.diagnosis.workbench import Solved, Workbench
+from zoo.diagnosis.workbench import FAR, Solved, Workbench
 from zoo.effects.bounds import to_physical
 
 
@@ -50,7 +50,8 @@ def screen(bench: Workbench, base: Solved, names: list[str]) -> list[Screened]:
         effect = bench.effects[name]
         cost, shape = beside.searched(effect, bench.shapes(name))
         here = Screened(name, shape, (total - cost) / level, len(effect.amplitudes) + len(effect.shape))
-        found.append(_elsewhere(bench, base, here, total) if effect.sharp else here)
+        far = effect.sharp or (effect.place == "coil" and base.rms > FAR * bench.mixtures.white)
+        found.append(_elsewhere(bench, base, here, total) if far else here)
     return sorted(found, key=lambda candidate: -candidate.gain)
 
 

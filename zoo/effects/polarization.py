@@ -14,8 +14,8 @@ LEAD_S, LEADS = 160.0, 8
 LONGEST_K = 40.0
 """Longest period of any line: a wave longer than that, and moved by the rate, would be a function of the rate."""
 HARMONICS = (2.0, 3.0)
-APART = 0.01
-"""Ratio less one below which two lines are one."""
+APART = 0.05
+"""Ratio less one below which a line is the first one: the difference of two would be a wave that grows with temperature, at huge amplitudes."""
 
 
 class Polarization(Effect):
@@ -60,13 +60,14 @@ class Polarization(Effect):
         single = shape[1:3] == 1.0
         moved = [1] if bool(single.all()) else [2] if bool(single.any()) else [1, 2]
         leads = self._with(shape, 3, torch.linspace(-LEAD_S, LEAD_S, LEADS).to(shape))
-        return torch.cat([shape.unsqueeze(0), leads, *(self._with(shape, place, self._ratios(shape[0])) for place in moved)])
+        return torch.cat([shape.unsqueeze(0), leads, *(self._with(shape, place, self._ratios(shape[0], shape[3 - place])) for place in moved)])
 
-    def _ratios(self, period: Tensor) -> Tensor:
-        """(G,) ratios to the other periods of the grid and to the harmonics."""
+    def _ratios(self, period: Tensor, taken: Tensor) -> Tensor:
+        """(G,) ratios to the other periods of the grid and to the harmonics, apart from the line that is there already."""
         first, second, *_ = self.shape
         ratios = torch.cat([period / grid_values(first, 1).to(period), torch.tensor(HARMONICS).to(period)])
-        return ratios[(ratios >= second.low) & (ratios <= second.high) & ((ratios - 1.0).abs() > APART)]
+        apart = ((ratios - 1.0).abs() > APART) & ((ratios / taken - 1.0).abs() > APART)
+        return ratios[(ratios >= second.low) & (ratios <= second.high) & apart]
 
     def _with(self, shape: Tensor, place: int, values: Tensor) -> Tensor:
         """(G, 4) the shape with other values at one place."""
@@ -81,5 +82,10 @@ class Polarization(Effect):
         first = [(phase / period).cos(), (phase / period).sin()]
         if bool((shape[..., 1:3] == 1.0).all()):  # as in a search: one line, computed once
             return torch.stack(first * 3, dim=-1)
-        others = [phase / (period / shape[..., place : place + 1]).clamp_max(LONGEST_K) for place in (1, 2)]
+        others = [phase * _other(shape[..., place : place + 1], period) / period for place in (1, 2)]
         return torch.stack([*first, *(wave for line in others for wave in (line.cos(), line.sin()))], dim=-1)
+
+
+def _other(ratio: Tensor, period: Tensor) -> Tensor:
+    """The ratio of another line; 1 where that would be too close to the first or too long."""
+    return torch.where(((ratio - 1.0).abs() > APART) & (period <= LONGEST_K * ratio), ratio, torch.ones_like(ratio))
