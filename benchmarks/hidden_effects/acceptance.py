@@ -91,6 +91,8 @@ def _outside(rows: Rows) -> Iterator[Line]:
     large = of(rows, "outside", 1.0)
     yield share("outside the catalogue, ≥ σ₁₀: `unknown`", "≥ 90 %", large, right)
     yield share("outside the catalogue, ≥ σ₁₀, of those that an ideal detector sees with the base refitted", "", visible(large), right)
+    apart = [row for row in visible(large) if row["left_beside_named"] is None or row["left_beside_named"] >= ideal_limit(row["candidates_tried"])]
+    yield share("outside the catalogue, ≥ σ₁₀, of those that besides nothing named does as well", "", apart, right)
     yield share("outside the catalogue, any amplitude", "", of(rows, "outside"), right)
 
 

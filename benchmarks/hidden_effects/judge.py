@@ -9,7 +9,7 @@ from typing import Any
 
 from hidden_effects.case import Case, made
 from hidden_effects.recipe import BASE, recipe
-from hidden_effects.visible import noise_rms, visible
+from hidden_effects.visible import left_beside, noise_rms, visible
 
 from zoo.catalog import build, names
 from zoo.diagnosis.refine import Refinement, refine
@@ -45,11 +45,13 @@ def _judged(seed: int) -> Row:
     refined = refine(fitted, [check], list(BASE), "auto", catalogue())
     seconds = time.perf_counter() - started
     assert refined.diagnosis is not None
+    said = _said(refined.diagnosis.record)
     return {
         **_truth(case),
         "blocks": sum(run.blocks for run in fitted),
         "rows": sum(run.rows for run in fitted),
-        **_said(refined.diagnosis.record),
+        **said,
+        "left_beside_named": left_beside(case, said["missing"], catalogue()) if case.recipe.kind == "outside" and said["missing"] else None,
         "candidates_tried": len(refined.diagnosis.bench.available()) - len(BASE),
         "check_over_floor": refined.record["ladder"][-1]["rms_check"] / noise_rms(case.noise_blocks()[-1]),
         "parameters": list(_parameters(case, refined)),

@@ -18,6 +18,8 @@ NAMES = tuple(sorted([*FORMS, "dead_band"]))
 SHARES = {"nothing": 0.15, "one": 0.5, "two": 0.2, "outside": 0.15}
 SMALLEST, LARGEST = 0.15, 5.0
 """Amplitudes, half of peak to peak over the fitted runs, in white noise of a mean over 10 s."""
+BOTH_LARGE = 0.6
+"""Share of the cases with two hidden effects in which both are of 1 or more, as by chance few would be."""
 SUITS = {
     "scale_factor": {"flip", "tumble", "table"},
     "scale_factor_nonlinearity": {"table"},
@@ -80,7 +82,7 @@ def recipe(seed: int) -> Recipe:
         seed=seed,
         kind=kind,
         hidden=hidden,
-        amplitudes=tuple(decade(chance, SMALLEST, LARGEST) for _ in hidden),
+        amplitudes=_amplitudes(hidden, chance),
         gyro="tactical" if chance.random() < 0.2 else "medium",
         heat="radial_axial" if chance.random() < 0.1 else "radial",
         thermometers=("spool", "housing") if chance.random() < 0.65 or set(hidden) & TWO else ("spool",),
@@ -101,6 +103,11 @@ def _hidden(kind: str, chance: np.random.Generator) -> tuple[str, ...]:
         names = tuple(str(name) for name in chance.choice(NAMES, size=count, replace=False))
         if _turns_of(names):
             return names
+
+
+def _amplitudes(hidden: tuple[str, ...], chance: np.random.Generator) -> tuple[float, ...]:
+    least = 1.0 if len(hidden) > 1 and chance.random() < BOTH_LARGE else SMALLEST
+    return tuple(decade(chance, least, LARGEST) for _ in hidden)
 
 
 def _turns_of(names: tuple[str, ...]) -> list[str]:

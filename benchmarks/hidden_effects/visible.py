@@ -46,6 +46,20 @@ def visible(case: Case, catalogue: dict[str, Effect]) -> Visible:
     return Visible(sizes, (check_rms(base.model, [check]) or 0.0) / noise_rms(case.noise_blocks()[-1]))
 
 
+def left_beside(case: Case, names: list[str], catalogue: dict[str, Effect]) -> float:
+    """How much worse than the truth the base with some effects explains the runs, in the true noise, as a z: what a test for a misfit could see.
+
+    Of data without noise; near 0 where the effects, whatever they are, do what the hidden ones do.
+    """
+    bench = open_bench(case.measured()[:-1], list(BASE), catalogue).with_noise(case.noise)
+    solved = bench.solve(BASE)
+    for name in names:
+        solved = bench.add(solved, name)
+    means = _means(bench.runs, case.without_noise()) + torch.stack([_means(bench.runs, case.hidden_blocks(one)) for one in case.hidden]).sum(dim=0)
+    design = solved.design
+    return fit(design.plain_columns, design.whitener(means).squeeze(1), solved.fit.theta, weigh=design.whitener).cost ** 0.5
+
+
 def noise_rms(run: Run) -> float:
     """RMS of a run's error over its blocks, nothing fitted [unit]."""
     return float(run.block_mean(run.error).square().mean().sqrt())

@@ -31,13 +31,14 @@ class Screened:
     start: Tensor | None = None
 
 
-def screen(bench: Workbench, base: Solved, names: list[str]) -> list[Screened]:
+def screen(bench: Workbench, base: Solved, names: list[str], everywhere: bool = False) -> list[Screened]:
     """Project the residual on each candidate's columns over its grid of shapes, under the noise that suits the model best.
 
     Args:
         bench: the runs and effects.
         base: the model as it stands.
         names: candidates.
+        everywhere: whether other coils are tried for every effect that works there, where the model leaves much, and not for the sharp ones alone.
 
     Returns:
         Candidates, largest gain first.

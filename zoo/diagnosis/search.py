@@ -21,6 +21,8 @@ MOST_ADDED = 3
 PASSES, PAIRED = 3, 2
 WITHIN = 15.0
 """How much less evidence than an effect that was added another may have at a glance to be refitted in its place."""
+IN_SIGHT = 2.5
+"""RMS over the white noise from which refits of two effects may yet lead to noise."""
 PREFERRED = 1.0
 """Log Bayes factor by which another effect must be likelier to take the place of one that was added."""
 QUIETER = 0.75
@@ -107,7 +109,7 @@ def _pair(bench: Workbench, found: Search, candidates: list[str], progress: Call
         others = [name for name in candidates if name not in single.solved.names]
         if not others:
             return
-        step = round_of(bench, single.solved, others, progress)
+        step = round_of(bench, single.solved, others, progress, least=IN_SIGHT * bench.mixtures.white)
         found.steps.append(step)
         best = step.trials[0]
         price = 2 * (ACCEPT + math.log(max(len(step.trials), 1)))
@@ -130,7 +132,8 @@ def _singles(found: Search) -> list[Trial]:
 
 def _forward(bench: Workbench, found: Search, candidates: list[str], progress: Callable[[str], None]) -> None:
     while True:
-        step = round_of(bench, found.final, [name for name in candidates if name not in found.final.names], progress)
+        others = [name for name in candidates if name not in found.final.names]
+        step = round_of(bench, found.final, others, progress, first=found.final is found.base)
         found.steps.append(step)
         best = best_of(bench, [trial for trial in step.trials if convinces(bench, found.base, found.final, trial, len(step.trials))])
         if best is None or len(found.missing) >= MOST_ADDED:
