@@ -18,25 +18,39 @@ MINOR = 0.15
 """Share of the evidence of all added effects below which one of them may be a correction to the others."""
 MATERIAL = 0.1
 """Share of the variance above the white noise that an addition must take away."""
+MOST = 0.5
+"""Share of the whole variance of what is no noise that an addition must take away to be believed on less evidence than noise asks for."""
 
 
 def convinces(bench: Workbench, base: Solved, before: Solved, best: Trial, candidates: int) -> bool:
     """Whether an addition is worth it: strong evidence, more than a correction, and a visible gain with lower error on pieces that were not fitted.
 
-    Where it leaves noise, evidence is enough: what happens once in a run, such as a warm-up, no other piece of it predicts.
+    Where it leaves noise, evidence is enough: what happens once in a run, such as a warm-up, no other piece of it predicts. The evidence is over a
+    noise that would do without it: where what was left is none, and is one with the addition, less will do.
+
+    Args:
+        bench: the runs.
+        base: the model before anything was added.
+        before: the model before this addition.
+        best: the addition.
+        candidates: how many it was chosen from.
     """
     needed = ACCEPT + math.log(max(candidates, 1))
-    if best.solved is None or not best.refitted or best.evidence < needed:
+    if best.solved is None or not best.refitted or before.rms < QUIET * bench.mixtures.white or best.solved.rms >= before.rms:
         return False
-    if before.rms < QUIET * bench.mixtures.white:
-        return False
+    if best.evidence < needed:
+        return best.evidence > 0 and _saves(bench, base, before, best.solved)
     if _mops_up(bench, base, before, best) and not stands_apart(bench, base, before, best.solved, best.evidence, needed):
-        return False
-    if best.solved.rms >= before.rms:
         return False
     if _material(bench, before, best.solved) and segment_cost(bench, best.solved) < segment_cost(bench, before):
         return True
     return examine(bench, best.solved, base).is_noise
+
+
+def _saves(bench: Workbench, base: Solved, before: Solved, after: Solved) -> bool:
+    """Whether an addition makes noise of what was none, by taking most of it away."""
+    most = after.rms**2 < (1.0 - MOST) * before.rms**2
+    return most and examine(bench, after, base).is_noise and not examine(bench, before, base).is_noise
 
 
 def _material(bench: Workbench, before: Solved, after: Solved) -> bool:

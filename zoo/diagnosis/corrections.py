@@ -6,10 +6,11 @@ import torch
 from torch import Tensor
 
 from zoo.diagnosis.free_functions import functions_of
+from zoo.diagnosis.quantities import inputs_of
 from zoo.diagnosis.workbench import Solved, Workbench
 from zoo.fitting.projection import complement, orthonormal, project
 
-STANDS_FOR = 0.9
+STANDS_FOR = 0.85
 """Share of what the effects before it explain that a free function must reproduce to be their freer form."""
 KEPT = 0.5
 """Share of its evidence that an effect of its own keeps beside a freer form of the others."""
@@ -42,12 +43,7 @@ def stands_apart(bench: Workbench, base: Solved, before: Solved, after: Solved, 
 
 def has_own_input(bench: Workbench, name: str, others: list[str]) -> bool:
     """Whether an effect goes with a column or with the reference rate, and none of some others does."""
-    return bool(_inputs(bench, name).difference(*[_inputs(bench, other) for other in others]))
-
-
-def _inputs(bench: Workbench, name: str) -> set[str]:
-    effect = bench.effects[name]
-    return {*effect.needs, *(["the reference rate"] if effect.needs_varied_reference else [])}
+    return bool(inputs_of(bench.effects[name]).difference(*[inputs_of(bench.effects[other]) for other in others]))
 
 
 def _logarithm(bench: Workbench, solved: Solved, freer: Tensor) -> float:

@@ -75,7 +75,7 @@ def hypotheses(found: Search, structure: Structure, hidden: float) -> list[Hypot
         structure: the absolute test of its final model.
         hidden: probability that an effect which is missing there is too small to be seen, see `zoo.diagnosis.detection_limits`.
     """
-    members = {name: posterior(_round_of(found, name).trials) for name in found.missing}
+    members = {name: _chances(_round_of(found, name), name) for name in found.missing}
     last = _last(found)
     more = _refused(posterior(last.trials)) if last else {}
     stop = max(1.0 - sum(more.values()), FAINT)
@@ -93,6 +93,14 @@ def hypotheses(found: Search, structure: Structure, hidden: float) -> list[Hypot
     faint = (1.0 - alone) * sum(weight for effects, weight in sets.items() if len(effects) <= size) / total
     listed = [Hypothesis(effects, (alone if len(effects) <= size else 1.0) * weight / total) for effects, weight in sets.items()]
     return sorted([*listed, Hypothesis(tuple(sorted(found.missing)), faint, faint=True)], key=lambda one: -one.probability)
+
+
+def _chances(step: Step, name: str) -> dict[str, float]:
+    """Chances of the candidates of a round; none of them is no choice where one was added for want of noise without it, on little evidence."""
+    chances = posterior(step.trials)
+    own = next(trial.evidence for trial in step.trials if trial.screened.name == name)
+    total = sum(chances.values()) if own < ACCEPT + math.log(len(step.trials)) else 1.0
+    return {one: chance / max(total, FAINT) for one, chance in chances.items()}
 
 
 def _refused(chances: dict[str, float]) -> dict[str, float]:

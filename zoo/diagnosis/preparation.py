@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 
 import torch
+from torch import Tensor
 
 from zoo.effects.base import Effect, History
 from zoo.errors import InputError
@@ -16,6 +17,8 @@ CONSTANT_K = 0.5
 SMALLEST_SWING_K = 5.0
 FEWEST_BLOCKS = 60
 SAMPLES = 61
+FEW_OUTLIERS = 4
+"""More isolated blocks in one run than so many that a model leaves far off are what it lacks."""
 VARIED = 0.01
 """Range of the reference over its largest value above which it varies; below, what is proportional to it is a bias to 1 %."""
 
@@ -72,7 +75,22 @@ def without_spikes(runs: list[Run]) -> list[Run]:
     return [_without(run, spikes(run.block_mean(run.error), sigma)) for run in runs]
 
 
-def _without(run: Run, bad: torch.Tensor) -> Run:
+def without_outliers(runs: list[Run], residuals: list[Tensor], sigma: float) -> list[Run]:
+    """The runs without the few isolated blocks that a model which explains the rest leaves far off, each noted; the same list where there are none.
+
+    What moves fast, as a field that is switched or a chamber that cycles, hides them in the error itself.
+
+    Args:
+        runs: R runs.
+        residuals: R of (N_r,) block means that the model leaves [unit].
+        sigma: white noise of one block mean [unit].
+    """
+    found = [spikes(residual, sigma) for residual in residuals]
+    few = [bad if int(bad.sum()) <= FEW_OUTLIERS else torch.zeros_like(bad) for bad in found]
+    return [_without(run, bad) for run, bad in zip(runs, few, strict=True)] if any(bool(bad.any()) for bad in few) else runs
+
+
+def _without(run: Run, bad: Tensor) -> Run:
     if not bad.any() or int(bad.sum()) > run.blocks // 20:
         return run
     times = run.block_mean(run.time)[bad]

@@ -13,7 +13,7 @@ import torch
 from torch import Tensor
 
 from zoo.diagnosis.workbench import Workbench
-from zoo.effects.base import History, Place
+from zoo.effects.base import Effect, History, Place
 from zoo.physics.lag import lagged
 
 FLAT = 1e-9
@@ -118,6 +118,7 @@ RATE = Quantity("the coil's temperature rate", "dT/dt", "K/min", rate, signed=Tr
 CLOCK = Quantity("the time since the run's start", "t", "h", clock)
 OUTER_RATE = Quantity("the outer thermometer's rate", "dT_outer/dt", "K/min", rate, signed=True, place="housing")
 LASTING = Quantity("the size of the temperature rate of the last half hour", "lag(|dT/dt|)", "K/min", lasting_rate)
+INPUT = Quantity("the true input", "Ω", "unit", true_input, signed=True)
 AT_THE_COIL = (
     TEMPERATURE,
     SIZE,
@@ -128,7 +129,7 @@ AT_THE_COIL = (
     LASTING,
     Quantity("the change of the temperature rate", "Δ(dT/dt)", "K/min", bend, signed=True),
     Quantity("the time since heating and cooling last changed places", "t_turn", "h", since_turn),
-    Quantity("the true input", "Ω", "unit", true_input, signed=True),
+    INPUT,
 )
 """The simplest first: of those that explain about as much, this order decides."""
 
@@ -139,8 +140,18 @@ def quantities(bench: Workbench) -> list[Quantity]:
     between = "between the thermometers" if several else "between thermometer and coil"
     difference = Quantity(f"the temperature difference {between}", "ΔT", "K", gradient, signed=True)
     asides = {name for name in bench.inputs if name.startswith("temperature_")} | {bench.inputs[0], bench.inputs[-1]}
-    columns = [Quantity(f"the column {name}", name, _unit_of(name), recorded, needs=(name,)) for name in bench.inputs if name not in asides]
+    columns = [Quantity(column_in_words(name), name, _unit_of(name), recorded, needs=(name,)) for name in bench.inputs if name not in asides]
     return [*AT_THE_COIL, difference, *([OUTER_RATE] if several else []), *columns]
+
+
+def column_in_words(name: str) -> str:
+    """What a recorded column is called in a sentence."""
+    return f"the column {name}"
+
+
+def inputs_of(effect: Effect) -> set[str]:
+    """In words, what an effect goes with beside temperature and time: recorded columns, the true input."""
+    return {*map(column_in_words, effect.needs), *([INPUT.words] if effect.needs_varied_reference else [])}
 
 
 def _unit_of(column: str) -> str:

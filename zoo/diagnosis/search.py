@@ -80,10 +80,11 @@ def search(bench: Workbench, base: Solved, candidates: list[str], progress: Call
 
 
 def _drop(bench: Workbench, found: Search) -> None:
-    """Leave out what beside all the others, as they are in the end, is not called for."""
+    """Leave out what beside all the others, as they are in the end, is not called for; what makes noise of the rest is."""
     for name in found.missing if len(found.missing) > 1 else []:
         less = bench.without(found.final, name)
-        if bench.evidence(less, found.final) < ACCEPT:
+        little = bench.evidence(less, found.final) < ACCEPT
+        if little and not (examine(bench, found.final, found.base).is_noise and not examine(bench, less, found.base).is_noise):
             found.keep(less)
 
 
@@ -182,7 +183,7 @@ def what_helps(found: Search) -> Search:
 def settle(
     bench: Workbench, names: tuple[str, ...], candidates: list[str], progress: Callable[[str], None] = lambda _: None
 ) -> tuple[Workbench, Search]:
-    """Search, and once more with fits weighted by the noise that the first search left, where that is another noise than was assumed.
+    """Search, and once more without the outliers or weighted by the noise that the first search left, where there are any or that is another noise.
 
     The white noise was read off differences of the error, which a fast effect enlarges; the residual tells better, and is never less than it.
 
@@ -199,6 +200,10 @@ def settle(
         if white >= QUIETER * bench.mixtures.white:
             break
         bench = bench.with_white(white)
+        found = search(bench, bench.solve(names), candidates, progress)
+    clean = bench.without_outliers(found.final)
+    if clean is not bench:
+        bench = clean
         found = search(bench, bench.solve(names), candidates, progress)
     likely, assumed = found.final.likely.noise, bench.noise
     as_assumed = likely.walk < SLOW * likely.white and likely.flicker < RECONSIDER * assumed.flicker

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import torch
 
 from zoo.diagnosis.free_functions import free_functions, weigh
+from zoo.diagnosis.quantities import inputs_of
 from zoo.diagnosis.workbench import QUIET, Solved, Workbench
 from zoo.fitting.projection import project
 
@@ -96,6 +97,8 @@ def examine(bench: Workbench, final: Solved, base: Solved) -> Structure:
     level = excess / (LEVEL_ALLOWED + 3.0 * math.sqrt(2.0 / dof) + forgiven)
     shape = max((min(one.evidence / SIGNIFICANT, one.explains * (1.0 + excess) / (MATERIAL + forgiven)) for one in tried), default=0.0)
     wave = 0.0 if line is None else line.evidence / LINE
+    if line is not None and forgiven > 0:
+        wave = min(wave, line.explains * (1.0 + excess) / forgiven)
     strain = max(0.0, level, shape, wave, _jumps(bench, final), _outdone(bench, final, base))
     if final.rms < QUIET * bench.mixtures.white:
         strain = min(strain, 1.0)
@@ -113,13 +116,19 @@ def _jumps(bench: Workbench, final: Solved) -> float:
 
 
 def _outdone(bench: Workbench, final: Solved, base: Solved) -> float:
-    """How far the best free function is ahead of the added effects, with what is allowed: 1 where it is just that; 0 where none were added."""
+    """How far the best free function is ahead of the added effects, with what is allowed: 1 where it is just that; 0 where none were added.
+
+    One of a column or of the true input does not count against an effect that goes with it: it is that effect, of any form.
+    """
     if final.names == base.names:
         return 0.0
     if not base.freed:
-        base.freed.extend(one.evidence for one in free_dependences(bench, base))
-    allowed = OUTDONE if len(final.names) == len(base.names) + 1 else SEVERAL_OUTDONE
-    ahead = max(base.freed, default=0.0) - SIGNIFICANT - allowed * bench.evidence(base, final)
+        base.freed.update((one.depends_on, one.evidence) for one in free_dependences(bench, base))
+    added = [name for name in final.names if name not in base.names]
+    own = {words for name in added for words in inputs_of(bench.effects[name])}
+    allowed = OUTDONE if len(added) == 1 else SEVERAL_OUTDONE
+    best = max((evidence for words, evidence in base.freed.items() if words not in own), default=0.0)
+    ahead = best - SIGNIFICANT - allowed * bench.evidence(base, final)
     return math.exp(min(BELIEVED * ahead, 5.0))
 
 

@@ -12,7 +12,7 @@ from torch import Tensor
 
 from zoo.diagnosis.elsewhere import look_elsewhere
 from zoo.diagnosis.noise_likelihood import START, Likely, NoiseMixtures, Place
-from zoo.diagnosis.preparation import reference_varies
+from zoo.diagnosis.preparation import reference_varies, without_outliers
 from zoo.diagnosis.shape_search import Beside
 from zoo.diagnosis.trimming import trimmed
 from zoo.effects.base import Effect
@@ -49,7 +49,7 @@ class Solved:
         mixtures: the noise that the gyro may have.
         near: the mixture to start from in the search for the likeliest.
         worths: log evidences found so far, by the effects that were not trimmed.
-        freed: log evidences of the free functions that were tried beside it.
+        freed: log evidences of the free functions that were tried beside it, by what they depend on.
     """
 
     names: tuple[str, ...]
@@ -59,7 +59,7 @@ class Solved:
     mixtures: NoiseMixtures
     near: Place = START
     worths: dict[frozenset[str], float] = field(default_factory=dict)
-    freed: list[float] = field(default_factory=list)
+    freed: dict[str, float] = field(default_factory=dict)
 
     @cached_property
     def basis(self) -> Tensor:
@@ -292,6 +292,15 @@ class Workbench:
         """The same runs with another level of white noise [unit]."""
         noise = assumed(white, self.runs)
         return Workbench(self.runs, self.effects, noise, NoiseMixtures(self.runs, noise.white))
+
+    def without_outliers(self, solved: Solved) -> Workbench:
+        """The runs without the few isolated blocks that a model leaves far off; the same bench where there are none."""
+        residuals = list(solved.residual.split([run.blocks for run in self.runs]))
+        runs = without_outliers(self.runs, residuals, solved.likely.noise.white)
+        if runs is self.runs:
+            return self
+        white = self.mixtures.white
+        return Workbench(runs, self.effects, assumed(white, runs), NoiseMixtures(runs, white))
 
     def with_noise(self, noise: NoiseModel) -> Workbench:
         """The same runs, fits weighted with another noise model."""
