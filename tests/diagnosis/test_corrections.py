@@ -7,7 +7,7 @@ from dataclasses import replace
 import pytest
 import torch
 
-from zoo.diagnosis.corrections import stands_apart
+from zoo.diagnosis.corrections import has_own_input, stands_apart
 from zoo.diagnosis.diagnose import diagnose, open_bench
 from zoo.simulator.in_process import as_run
 
@@ -39,3 +39,27 @@ def test_what_a_freer_form_of_the_first_explains_is_no_effect_of_its_own(simulat
         after = bench.add(before, name)
         evidence = bench.evidence(before, after)
         assert not stands_apart(bench, start, before, after, evidence, 8.0), name
+
+
+@pytest.mark.parametrize(
+    ("name", "others", "own"),
+    [
+        ("supply_voltage", ["aging"], True),
+        ("supply_voltage", ["magnetic"], True),
+        ("supply_voltage", ["supply_voltage", "magnetic"], False),
+        ("scale_factor", ["polarization"], True),
+        ("scale_factor", ["misalignment"], False),
+        ("aging", ["magnetic"], False),
+    ],
+)
+def test_an_input_of_its_own_is_one_that_the_others_do_not_know(diagnosis, name, others, own) -> None:
+    assert has_own_input(diagnosis("").bench, name, others) is own
+
+
+def test_a_small_effect_of_a_column_is_named_beside_large_fringes(simulation, catalogue, base) -> None:
+    """No free function stands for fringes; but they know nothing of the supply."""
+    large, small = simulation("polarization", 1, 30.0), simulation("supply_voltage", 1, 0.7)
+    runs = [as_run(one) for one in large.runs]
+    runs = [replace(run, error=run.error + other.truth["supply_voltage_dph"]) for run, other in zip(runs, small.runs, strict=True)]
+    found = diagnose(runs, base, catalogue)
+    assert (found.verdict, set(found.search.missing)) == ("missing", {"polarization", "supply_voltage"})

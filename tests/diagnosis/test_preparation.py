@@ -8,7 +8,8 @@ import pytest
 import torch
 
 from zoo.catalog import build, names
-from zoo.diagnosis.preparation import check_swing
+from zoo.diagnosis.diagnose import diagnose, open_bench
+from zoo.diagnosis.preparation import FEW_OUTLIERS, check_swing, without_outliers
 from zoo.errors import InputError
 
 TIMELESS = {"warm_up", "aging", "bias_step", "supply_voltage", "chamber_cycling", "dead_band"}
@@ -38,3 +39,42 @@ def test_a_short_run_is_refused_whatever_the_effect(runs) -> None:
     short = replace(run, block=torch.where(run.block < 30, run.block, -1))
     with pytest.raises(InputError, match="30 block means"):
         check_swing([short], {"aging": build("effects", "aging")})
+
+
+def far_off(run, blocks, by):
+    """The run with some of its blocks off by so much."""
+    hit = torch.isin(run.block, torch.tensor(blocks))
+    return replace(run, error=run.error + torch.where(hit, by, 0.0))
+
+
+def test_the_few_isolated_blocks_that_a_model_leaves_far_off_go_and_more_of_them_stay(runs, white) -> None:
+    given = runs()
+    for count, left in ((0, 0), (1, 1), (FEW_OUTLIERS, FEW_OUTLIERS), (FEW_OUTLIERS + 1, 0)):
+        residuals = [torch.zeros(run.blocks, dtype=torch.float64) for run in given]
+        residuals[0][20 * torch.arange(1, count + 1)] = 30 * white
+        clean = without_outliers(given, residuals, white)
+        assert [run.blocks for run in clean] == [given[0].blocks - left, given[1].blocks]
+        assert (clean is given) == (left == 0)
+        assert len(clean[0].notes) == len(given[0].notes) + (left > 0)
+
+
+@pytest.mark.parametrize("lasts", [2, 3, 5])
+def test_what_lasts_is_no_outlier(runs, white, lasts) -> None:
+    given = runs()
+    residuals = [torch.zeros(run.blocks, dtype=torch.float64) for run in given]
+    residuals[0][40 : 40 + lasts] = 30 * white
+    assert without_outliers(given, residuals, white) is given
+
+
+def test_outliers_that_fast_fringes_hide_are_found_behind_them(runs, catalogue, base, white) -> None:
+    """In the error itself they are no farther off than the fringes move from block to block."""
+    first, second = runs("polarization", noises=40.0)
+    steps = first.block_mean(first.error).diff().abs()
+    fast = [int(place) + 1 for place in steps.topk(40).indices[::13]]
+    spoiled = [far_off(first, fast, 25 * white), second]
+    at_first = open_bench(spoiled, base, catalogue).runs[0].blocks
+    assert at_first > first.blocks - len(fast), "not seen at first"
+    found = diagnose(spoiled, base, catalogue)
+    assert (found.verdict, found.search.missing) == ("missing", ["polarization"])
+    assert found.bench.runs[0].blocks == at_first - len(fast)
+    assert f"{len(fast)} block(s) far off" in found.record["notes"][-1]

@@ -7,6 +7,7 @@ from dataclasses import replace
 
 import pytest
 
+from zoo.diagnosis.acceptance import convinces
 from zoo.diagnosis.diagnose import Diagnosis, diagnose
 from zoo.diagnosis.posterior import hypotheses
 from zoo.diagnosis.search import Search, _drop
@@ -69,3 +70,25 @@ def test_no_set_with_more_in_it_is_likelier_than_what_was_named(diagnosis) -> No
     more = tuple(sorted(["bias_step", last.trials[0].screened.name]))
     assert chances[("bias_step",)] >= chances[more] > 0.4, "half believed"
     assert listed[0].effects == ("bias_step",)
+
+
+def test_what_makes_noise_of_the_rest_needs_less_evidence_than_what_noise_would_do_without(diagnosis) -> None:
+    found = diagnosis("bias_step")
+    bench, base, final = found.bench, found.search.base, found.search.final
+    trial = replace(found.search.steps[0].trials[0], solved=final, refitted=True)
+    saves = [convinces(bench, base, base, replace(trial, evidence=evidence), 20) for evidence in (-1.0, 1.0)]
+    assert saves == [False, True], "the base alone is no noise"
+    quiet = diagnosis("")
+    more = quiet.bench.add(quiet.search.base, "bias_step")
+    assert not convinces(quiet.bench, quiet.search.base, quiet.search.base, replace(trial, solved=more, evidence=1.0), 20), "there it is"
+
+
+def test_an_addition_on_little_evidence_that_noise_was_no_alternative_to_is_believed(diagnosis) -> None:
+    found = diagnosis("bias_step")
+    first, *others = found.search.steps
+    own = next(trial for trial in first.trials if trial.screened.name == "bias_step")
+    rest = [replace(trial, evidence=-5.0) for trial in first.trials if trial is not own]
+    little = Step(first.before, [replace(own, evidence=2.0), *rest], first.chosen)
+    listed = hypotheses(replace(found.search, steps=[little, *others]), found.structure, 0.0)
+    assert listed[0].effects == ("bias_step",)
+    assert listed[0].probability > 0.8

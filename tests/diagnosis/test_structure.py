@@ -11,7 +11,7 @@ import torch
 from torch import Generator, Tensor
 
 from zoo.diagnosis.diagnose import open_bench
-from zoo.diagnosis.structure import LEVEL_ALLOWED, SIGNIFICANT, Structure, examine, free_dependences
+from zoo.diagnosis.structure import LEVEL_ALLOWED, SIGNIFICANT, Structure, _outdone, examine, free_dependences
 from zoo.diagnosis.workbench import Workbench
 from zoo.measurements.run import Run
 from zoo.simulator.noise import rate_walk
@@ -89,3 +89,17 @@ def test_a_right_effect_is_ahead_of_every_free_function(diagnosis, hidden) -> No
     assert final.names[-1] == hidden
     assert examine(bench, final, base).is_noise
     assert SIGNIFICANT < free_dependences(bench, base)[0].evidence < bench.evidence(base, final), "which would do much as well"
+
+
+def test_a_function_of_an_effects_own_input_does_not_outdo_it_and_one_of_anything_else_does(diagnosis) -> None:
+    found = diagnosis("")
+    bench, base = found.bench, found.search.base
+    final, known = bench.add(base, "magnetic"), dict(base.freed)
+    try:
+        for words, ahead in (("the column field_ut", False), ("the column supply_v", True), ("the coil's temperature", True)):
+            base.freed.clear()
+            base.freed[words] = 1000.0
+            assert (_outdone(bench, final, base) > 1.0) is ahead, words
+    finally:
+        base.freed.clear()
+        base.freed.update(known)

@@ -288,8 +288,25 @@ def test_how_probable_each_hypothesis_is(diagnosis: Record, traces: list[Trace])
     diagnosis["posterior"] = [{"hypothesis": kind, "effects": names, "probability": chance} for kind, names, chance in sets]
     page = render(diagnosis, traces[:1])
     assert "hysteresis verdict probability 83 % nothing probability 12 % something unknown probability 3 % All others together: 2 %." in visible(page)
+    diagnosis["posterior"][1] = {"hypothesis": "faint", "effects": ["hysteresis"], "probability": 0.12}
+    assert "hysteresis and one too small for these runs probability 12 %" in visible(render(diagnosis, traces[:1]))
     assert '<i style="--p: 83.0%"></i>' in page
     assert 'id="probable"' not in render({**diagnosis, "posterior": None}, traces[:1])
+
+
+def test_what_the_runs_would_show(diagnosis: Record, traces: list[Trace]) -> None:
+    floor = diagnosis["noise_floor"]
+    diagnosis["detection_limits"] = {
+        "moisture": {"size": 10 * floor, "hidden": 0.7},
+        "thermal_gradient": {"size": None, "hidden": 1.0},
+        "magnetic": {"size": floor, "hidden": 0.3},
+    }
+    page = render(diagnosis, traces[:1])
+    text = visible(page).split("What these runs would show")[1]
+    assert text.index("magnetic") < text.index("moisture") < text.index("thermal_gradient in no size")
+    assert "1.0× floor" in text.split("moisture")[0]
+    assert [width for width in ("33.3%", "66.7%", "100%") if f'<i style="--p: {width}"></i>' in page] == ["33.3%", "66.7%", "100%"]
+    assert 'id="limits"' not in render({**diagnosis, "detection_limits": None}, traces[:1])
 
 
 def test_samples_and_noise(diagnosis: Record, traces: list[Trace]) -> None:

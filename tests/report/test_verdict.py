@@ -85,6 +85,16 @@ def test_noise_is_not_called_so_where_the_floor_says_otherwise(ratio: float, sai
     assert f"What it leaves {said}" in words({}, {"verdict": "complete", "ladder": rungs, "noise_floor": 1.0})
 
 
+def test_a_complete_model_says_what_could_hide() -> None:
+    complete: Record = {"verdict": "complete", "rms": 1.0, "noise_floor": 2.0}
+    assert "hide" not in words(complete)
+    sizes = {"a": 1.0, "b": 5.0, "c": 30.0, "d": None}
+    said = words({**complete, "detection_limits": {name: {"size": size, "hidden": 0.5} for name, size in sizes.items()}})
+    assert "most of all b, c and d, not to be seen below 2.5× the noise floor." in said
+    absorbed = words({**complete, "detection_limits": {"d": {"size": None, "hidden": 1.0}}})
+    assert "most of all d, hardly to be seen in any size." in absorbed
+
+
 def test_the_last_rms_is_of_the_last_fit() -> None:
     first = {"effect": "aging", "rms": 0.5}
     one: Record = {"effects": ["mohr"], "missing": ["aging"], "rms": 0.9, "rms_final": 0.3, "candidates": [first]}

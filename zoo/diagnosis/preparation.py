@@ -85,9 +85,15 @@ def without_outliers(runs: list[Run], residuals: list[Tensor], sigma: float) -> 
         residuals: R of (N_r,) block means that the model leaves [unit].
         sigma: white noise of one block mean [unit].
     """
-    found = [spikes(residual, sigma) for residual in residuals]
+    found = [_alone(spikes(residual, sigma)) for residual in residuals]
     few = [bad if int(bad.sum()) <= FEW_OUTLIERS else torch.zeros_like(bad) for bad in found]
     return [_without(run, bad) for run, bad in zip(runs, few, strict=True)] if any(bool(bad.any()) for bad in few) else runs
+
+
+def _alone(bad: Tensor) -> Tensor:
+    """Those without another next to them: what lasts is no outlier."""
+    beside = torch.nn.functional.pad(bad, (1, 1))
+    return bad & ~beside[:-2] & ~beside[2:]
 
 
 def _without(run: Run, bad: Tensor) -> Run:
