@@ -50,6 +50,8 @@ def test_what_a_freer_form_of_the_first_explains_is_no_effect_of_its_own(simulat
         ("scale_factor", ["polarization"], True),
         ("scale_factor", ["misalignment"], False),
         ("aging", ["magnetic"], False),
+        ("misalignment", ["fixture_rotation"], False),
+        ("fixture_rotation", ["aging"], True),
     ],
 )
 def test_an_input_of_its_own_is_one_that_the_others_do_not_know(diagnosis, name, others, own) -> None:

@@ -6,7 +6,7 @@ The functions take the place of a method, so `self` is a `Quantity` here and the
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import torch
@@ -118,6 +118,7 @@ RATE = Quantity("the coil's temperature rate", "dT/dt", "K/min", rate, signed=Tr
 CLOCK = Quantity("the time since the run's start", "t", "h", clock)
 OUTER_RATE = Quantity("the outer thermometer's rate", "dT_outer/dt", "K/min", rate, signed=True, place="housing")
 LASTING = Quantity("the size of the temperature rate of the last half hour", "lag(|dT/dt|)", "K/min", lasting_rate)
+SAMPLES = 61
 INPUT = Quantity("the true input", "Ω", "unit", true_input, signed=True)
 AT_THE_COIL = (
     TEMPERATURE,
@@ -151,7 +152,16 @@ def column_in_words(name: str) -> str:
 
 def inputs_of(effect: Effect) -> set[str]:
     """In words, what an effect goes with beside temperature and time: recorded columns, the true input."""
-    return {*map(column_in_words, effect.needs), *([INPUT.words] if effect.needs_varied_reference else [])}
+    return {*map(column_in_words, effect.needs), *([INPUT.words] if _turns(effect) else [])}
+
+
+def _turns(effect: Effect) -> bool:
+    """Whether an effect's columns are others where the true input is another."""
+    time = torch.arange(SAMPLES, dtype=torch.float64) * 60.0
+    inputs = dict.fromkeys(effect.needs, torch.ones_like(time))
+    up = History(time, time / 60, torch.ones_like(time), torch.ones_like(time), time / 60, torch.ones_like(time), inputs, 1)
+    with torch.no_grad():
+        return not torch.equal(*(effect.columns(one, effect.shape_value) for one in (up, replace(up, reference=-up.reference))))
 
 
 def _unit_of(column: str) -> str:
