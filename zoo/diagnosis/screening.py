@@ -8,8 +8,11 @@ from torch import Tensor
 
 from zoo.diagnosis.elsewhere import look_elsewhere
 from zoo.diagnosis.shape_search import Beside
-from zoo.diagnosis.workbench import FAR, Solved, Workbench
+from zoo.diagnosis.workbench import Solved, Workbench
 from zoo.effects.bounds import to_physical
+
+BENT = 1.2
+"""RMS of a residual over the white noise above which the coil may have been bent to make up for something."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -51,7 +54,7 @@ def screen(bench: Workbench, base: Solved, names: list[str], everywhere: bool = 
         effect = bench.effects[name]
         cost, shape = beside.searched(effect, bench.shapes(name))
         here = Screened(name, shape, (total - cost) / level, len(effect.amplitudes) + len(effect.shape))
-        far = effect.sharp or (effect.place == "coil" and base.rms > FAR * bench.mixtures.white)
+        far = effect.sharp or (effect.place == "coil" and base.rms > BENT * bench.mixtures.white)
         found.append(_elsewhere(bench, base, here, total) if far else here)
     return sorted(found, key=lambda candidate: -candidate.gain)
 
