@@ -62,8 +62,8 @@ def _judged(seed: int) -> Row:
 def _truth(case: Case) -> Row:
     one, seen = case.recipe, visible(case, catalogue())
     hidden = [
-        {"name": part.name, "variant": part.form.variant, "amplitude": size, "z": z}
-        for part, size, z in zip(case.hidden, one.amplitudes, seen.sizes, strict=True)
+        {"name": part.name, "variant": part.form.variant, "amplitude": size, "z": z, "visible": rms / case.sigma_dph}
+        for part, size, z, rms in zip(case.hidden, one.amplitudes, seen.sizes, seen.rms, strict=True)
     ]
     drawn = {key: getattr(one, key) for key in ("kind", "gyro", "heat", "turns", "gap", "spikes")}
     counts = {"runs": len(one.programs), "program": one.programs[0], "thermometers": len(one.thermometers)}

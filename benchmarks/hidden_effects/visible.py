@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import torch
@@ -27,10 +28,13 @@ class Visible:
         sizes: z of each hidden effect, z² = χ²(with it) − χ²(without it) or 0: the noncentrality of the test for it. Both are the least that the base
             grey box, its coil and all, leaves of data without noise, weighted by the true noise; the second is what its simplified forms leave
             anyway. The other hidden effects are known in both but for their amplitudes.
+        rms: RMS of each over the fitted runs beyond what the base takes up [unit]: the same with all blocks weighted alike, which is what `amplitude`
+            of `fogzoo simulate` means.
         check_over_floor: RMS that the base fitted to the case without anything hidden leaves on the check run, over the noise there.
     """
 
     sizes: list[float]
+    rms: list[float]
     check_over_floor: float
 
 
@@ -41,9 +45,9 @@ def visible(case: Case, catalogue: dict[str, Effect]) -> Visible:
     base = bench.solve(BASE)
     plain = _means(bench.runs, case.without_noise())
     hidden = [_means(bench.runs, case.hidden_blocks(one)) for one in case.hidden]
-    refits = Refits(base)
-    sizes = [refits.size(plain, one, hidden[:place] + hidden[place + 1 :]) for place, one in enumerate(hidden)]
-    return Visible(sizes, (check_rms(base.model, [check]) or 0.0) / noise_rms(case.noise_blocks()[-1]))
+    weighted, alike = Refits(base, base.design.whitener), Refits(base, lambda columns: columns)
+    sizes, sums = ([one.size(plain, part, hidden[:i] + hidden[i + 1 :]) for i, part in enumerate(hidden)] for one in (weighted, alike))
+    return Visible(sizes, [one / len(plain) ** 0.5 for one in sums], (check_rms(base.model, [check]) or 0.0) / noise_rms(case.noise_blocks()[-1]))
 
 
 def left_beside(case: Case, names: list[str], catalogue: dict[str, Effect]) -> float:
@@ -73,18 +77,19 @@ def _means(blocks: list[Run], runs: list[Run]) -> Tensor:
 class Refits:
     """Fits of the base to data without noise, each from its fit where nothing is hidden and from the best of a grid over the coil."""
 
-    def __init__(self, base: Solved) -> None:
+    def __init__(self, base: Solved, weigh: Callable[[Tensor], Tensor]) -> None:
         """Keep the columns of the grid.
 
         Args:
             base: fitted where nothing is hidden.
+            weigh: (..., N, K) block means -> the same, weighted.
         """
-        self.design, self.near = base.design, base.fit.theta
+        self.design, self.near, self.weigh = base.design, base.fit.theta, weigh
         self.grid = coarse_starts(base.design)
         self.columns = base.design.plain_columns(self.grid)
 
     def size(self, plain: Tensor, signal: Tensor, others: list[Tensor]) -> float:
-        """How visible a signal is, its z.
+        """How visible a signal is: the root of what it adds to the least χ².
 
         Args:
             plain: (N, 1) block means of the base effects [unit].
@@ -97,7 +102,7 @@ class Refits:
 
     def _least(self, means: Tensor, known: Tensor) -> float:
         """Least χ² of the base and of known signals (N, M) of free amplitudes; whether these are in the means (N, 1) makes no difference."""
-        weigh = self.design.whitener
+        weigh = self.weigh
         target = weigh(means).squeeze(1)
         costs = project(weigh(_beside(self.columns, known)), target).cost
         starts = [self.near, self.grid[costs.argmin()]]

@@ -9,6 +9,7 @@ import torch
 
 from zoo.diagnosis.corrections import has_own_input, stands_apart
 from zoo.diagnosis.diagnose import diagnose, open_bench
+from zoo.diagnosis.quantities import by_the_clock
 from zoo.simulator.in_process import as_run
 
 
@@ -65,3 +66,32 @@ def test_a_small_effect_of_a_column_is_named_beside_large_fringes(simulation, ca
     runs = [replace(run, error=run.error + other.truth["supply_voltage_dph"]) for run, other in zip(runs, small.runs, strict=True)]
     found = diagnose(runs, base, catalogue)
     assert (found.verdict, set(found.search.missing)) == ("missing", {"polarization", "supply_voltage"})
+
+
+@pytest.mark.parametrize("seed", [1, 2])
+def test_a_small_effect_beside_a_large_line_is_named(simulation, catalogue, base, seed) -> None:
+    large, small = simulation("chamber_cycling", seed, 20.0), simulation("rate_temperature_coupling", seed, 1.0)
+    runs = [as_run(one) for one in large.runs]
+    runs = [replace(run, error=run.error + other.truth["rate_temperature_coupling_dph"]) for run, other in zip(runs, small.runs, strict=True)]
+    found = diagnose(runs, base, catalogue)
+    assert (found.verdict, found.search.missing[0]) == ("missing", "chamber_cycling")
+    assert found.search.missing[1:] in (["rate_temperature_coupling"], ["glass_transition"]), "the two are alike here"
+
+
+def test_what_a_changing_line_leaves_is_no_effect_of_its_own(simulation, catalogue, base, white) -> None:
+    """Three times the line where it is hot as where it is cold: whatever is added for that, the line with a size that changes takes over."""
+    runs = []
+    for one in simulation("", 1).runs:
+        run = as_run(one)
+        warm = (run.column("temperature_c") - 20) / 80
+        runs.append(replace(run, error=run.error + 15 * white * (1 + warm) * (2 * torch.pi * run.time / 400).sin()))
+    bench = open_bench(runs, base, catalogue)
+    start = bench.solve(tuple(base))
+    before = bench.add(start, "chamber_cycling")
+    after = bench.add(before, "polarization")
+    assert not stands_apart(bench, start, before, after, bench.evidence(before, after), 8.0)
+
+
+@pytest.mark.parametrize("name", ["aging", "warm_up", "bias_step", "chamber_cycling", "mohr", "polarization", "magnetic", "dead_band", "moisture"])
+def test_what_goes_by_the_clock_is_known_from_its_columns(catalogue, name) -> None:
+    assert by_the_clock(catalogue[name]) is (name in ("aging", "warm_up", "bias_step", "chamber_cycling"))

@@ -46,6 +46,16 @@ def test_limits_go_with_the_unit(runs, catalogue, base, limits) -> None:
             assert large[name].hidden == pytest.approx(limit.hidden, abs=0.01), name
 
 
+@pytest.mark.parametrize("factor", [0.93, 1.07])
+def test_limits_are_of_the_noise_that_is_there_not_of_the_one_assumed(runs, catalogue, base, limits, factor) -> None:
+    bench = open_bench(runs(""), base, catalogue)
+    other = bench.with_white(factor * bench.mixtures.white)
+    right, wrong = (limits(each, each.solve(tuple(base))) for each in (bench, other))
+    ratios = [wrong[name].size / right[name].size for name in right if right[name].hidden < 0.5]
+    assert len(ratios) > 5
+    assert median(ratios) == pytest.approx(1.0, abs=0.035), "as the level assumed, or its square, if they were not"
+
+
 def test_twice_the_runs_show_what_is_smaller_by_up_to_the_root_of_two(runs, catalogue, base, limits) -> None:
     few, many = (open_bench(runs("", runs=count), base, catalogue) for count in (2, 4))
     fewer, more = (limits(each, each.solve(tuple(base))) for each in (few, many))

@@ -11,13 +11,16 @@ import torch
 from torch import Generator, Tensor
 
 from zoo.diagnosis.diagnose import open_bench
-from zoo.diagnosis.structure import LEVEL_ALLOWED, SIGNIFICANT, Structure, _outdone, examine, free_dependences
+from zoo.diagnosis.structure import LEVEL_ALLOWED, LINE, SIGNIFICANT, Structure, _outdone, examine, free_dependences, spectral_line
 from zoo.diagnosis.workbench import Workbench
 from zoo.measurements.run import Run
 from zoo.simulator.noise import rate_walk
 
 WALK, SWITCHES_PER_HOUR = 2.5, 0.25
 """Rate random walk per √h over the white noise of a block, more than any gyro's that is not broken; and how often a telegraph switches."""
+
+LINE_S, LINE_SHARE, SUPPLY_SHARE = 900.0, 0.5, 3.0
+"""Period, and amplitude of a line and RMS of what a supply does, over the white noise of a block."""
 
 
 @pytest.fixture
@@ -89,6 +92,28 @@ def test_a_right_effect_is_ahead_of_every_free_function(diagnosis, hidden) -> No
     assert final.names[-1] == hidden
     assert examine(bench, final, base).is_noise
     assert SIGNIFICANT < free_dependences(bench, base)[0].evidence < bench.evidence(base, final), "which would do much as well"
+
+
+def test_a_line_is_forgiven_as_what_a_large_effect_leaves_and_not_by_itself(planted, base, white) -> None:
+    """A sine that the simplification of a form could leave, an eighth of what the effect does, and the same where nothing else does more."""
+
+    def faint_line(run: Run, coil: Tensor) -> Tensor:
+        return LINE_SHARE * white * (2 * torch.pi * run.time / LINE_S).sin()
+
+    def beside_supply(run: Run, coil: Tensor) -> Tensor:
+        supply = run.column("supply_v")
+        return faint_line(run, coil) + SUPPLY_SHARE * white * (supply - supply.mean()) / supply.std()
+
+    alone, beside = planted(faint_line, 1), planted(beside_supply, 1)
+    before = beside.solve(tuple(base))
+    final = beside.add(before, "supply_voltage")
+    line = spectral_line(beside, final)
+    assert line is not None
+    assert line.evidence > LINE
+    assert examine(beside, final, before).is_noise
+    assert not examine(beside, final, final).is_noise, "the same residual, nothing added"
+    solved = alone.solve(tuple(base))
+    assert not examine(alone, solved, solved).is_noise
 
 
 def test_a_function_of_an_effects_own_input_does_not_outdo_it_and_one_of_anything_else_does(diagnosis) -> None:

@@ -10,6 +10,7 @@ from torch import Tensor
 
 from zoo.catalog import build
 from zoo.effects.base import Effect, History
+from zoo.physics.lag import lagged
 
 RAMP = ((0, 20), (1, 20), (2, 50), (8, 50))
 """An hour at 20 °C, an hour at 0.5 K/min, six hours at 50 °C."""
@@ -89,6 +90,20 @@ def test_a_fixture_follows_a_ramp_with_its_lag(seen, warped) -> None:
     torch.testing.assert_close(twist[ramp], -0.4 * torch.expm1(-time[ramp] / 900), rtol=0, atol=1e-12)
     torch.testing.assert_close(twist[~ramp], twist[ramp][-1] * torch.exp(-(time[~ramp] - 6000) / 900), rtol=1e-9, atol=1e-12)
     assert integral(time / 60, twist) == pytest.approx(40.0, rel=1e-3)
+
+
+@pytest.mark.parametrize(("fixture_s", "housing_s"), [(300.0, 900.0), (1500.0, 600.0)])
+def test_a_fixture_in_the_air_is_ahead_of_a_thermometer_in_the_housing(fixture_s, housing_s, seen, warped) -> None:
+    """Rate of lag_τf(air) from lag_τh(air), which is all that is measured: (1 − τh/τf) of what lags it by τf, and τh/τf of itself."""
+    effect = build("effects", "fixture_rotation")
+    time = torch.arange(0, 36000, 5.0, dtype=torch.float64)
+    air = 20 + 15 * (1 - torch.cos(time / 3000))
+    fixture, housing = (lagged(time, air, torch.tensor(tau, dtype=torch.float64)) for tau in (fixture_s, housing_s))
+    history = replace(warped(seen(effect), time, housing), rate=60 * (air - housing) / housing_s)
+    columns = effect.columns(history, torch.tensor([fixture_s], dtype=torch.float64))
+    share = housing_s / fixture_s
+    expected = 60 * (air - fixture) / fixture_s
+    torch.testing.assert_close(columns @ torch.tensor([1 - share, share], dtype=torch.float64), expected, rtol=0, atol=1e-4 * float(expected.max()))
 
 
 def test_a_fixture_without_a_lag_is_mohrs_effect_of_the_housing_until_the_gyro_is_flipped(seen) -> None:

@@ -80,6 +80,13 @@ def test_a_fast_branch_and_what_a_slow_one_leaves_are_mohrs_effect(at) -> None:
     torch.testing.assert_close(slow, columns("mohr", history)[:, 0], rtol=0, atol=1e-6)
 
 
+def test_the_second_branch_is_one_six_times_as_fast(seen) -> None:
+    history = seen(build("effects", "viscoelastic"))
+    first, second = (columns("viscoelastic", history, time_h, 3.0) for time_h in (2.4, 0.4))
+    torch.testing.assert_close(first[:, 1], second[:, 0], rtol=1e-12, atol=1e-14)
+    assert float((first[:, 0] - first[:, 1]).abs().max()) > 0.1 * float(first[:, 1].abs().max())
+
+
 @pytest.mark.parametrize("name", ["viscoelastic", "moisture", "glass_transition"])
 def test_it_is_finite_wherever_a_thermometer_can_be(name, at) -> None:
     time = torch.arange(0, 200 * 600, 600.0, dtype=torch.float64)

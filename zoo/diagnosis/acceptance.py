@@ -36,7 +36,9 @@ def convinces(bench: Workbench, base: Solved, before: Solved, best: Trial, candi
         candidates: how many it was chosen from.
     """
     needed = ACCEPT + math.log(max(candidates, 1))
-    if best.solved is None or not best.refitted or before.rms < QUIET * bench.mixtures.white or best.solved.rms >= before.rms:
+    if best.solved is None or not best.refitted or before.rms < QUIET * bench.mixtures.white:
+        return False
+    if best.solved.rms >= before.rms and best.evidence < OVERWHELMING:  # beside much walk, what is fast may go while the RMS stays
         return False
     if best.evidence < needed:
         return best.evidence > 0 and _saves(bench, base, before, best.solved)

@@ -6,12 +6,14 @@ import torch
 from torch import Tensor
 
 from zoo.diagnosis.free_functions import functions_of
-from zoo.diagnosis.quantities import inputs_of
+from zoo.diagnosis.quantities import CLOCK, RATE, TEMPERATURE, by_the_clock, inputs_of
 from zoo.diagnosis.workbench import Solved, Workbench
 from zoo.fitting.projection import complement, orthonormal, project
 
 STANDS_FOR = 0.85
 """Share of what the effects before it explain that a free function must reproduce to be their freer form."""
+SLOW, SLOW_ORDER = (TEMPERATURE, RATE, CLOCK), 3
+"""What the size of a line or a step may change with, and the order of that change."""
 KEPT = 0.5
 """Share of its evidence that an effect of its own keeps beside a freer form of the others."""
 
@@ -19,9 +21,10 @@ KEPT = 0.5
 def stands_apart(bench: Workbench, base: Solved, before: Solved, after: Solved, evidence: float, needed: float) -> bool:
     """Whether an addition is called for even where the effects before it may take any smooth form.
 
-    One that goes with an input which those before it do not know corrects none of them. Those that depend on one quantity, as ageing does on time,
-    are given a free function of it; what a correction of their form would explain is then explained already. Where no such function stands for them,
-    nobody can tell.
+    One that goes with an input which those before it do not know corrects none of them. The others are given a freer form; what a correction of
+    theirs would explain is then explained already. Those that depend on one quantity, as ageing does on time, are given a free function of it; lines
+    and steps, which depend on none, powers of what they did and sizes that change with temperature, rate and time. What else has a memory may have
+    any, and nobody can tell.
 
     Args:
         bench: the runs.
@@ -51,14 +54,25 @@ def _logarithm(bench: Workbench, solved: Solved, freer: Tensor) -> float:
 
 
 def _freer(bench: Workbench, base: Solved, before: Solved) -> Tensor | None:
-    """(N, K) the free function that reproduces best what was added to the base, beside the base; None where none does."""
-    added = [place for name, places in before.places().items() if name not in base.names for place in places]
-    rest = [place for place in range(before.plain_columns.shape[1]) if place not in added]
+    """(N, K) a freer form of what was added: a function of one quantity that stands for it, or what lines and steps may be like instead."""
+    added = {name: places for name, places in before.places().items() if name not in base.names}
+    places = [place for own in added.values() for place in own]
+    rest = [place for place in range(before.plain_columns.shape[1]) if place not in places]
     columns = orthonormal(bench.whitener(before.plain_columns[:, rest]))
-    signal = complement(bench.whitener((before.plain_columns[:, added] @ before.fit.amplitudes[added]).unsqueeze(1)), columns).squeeze(1)
-    left = {
-        free: float(project(complement(bench.whitener(free.columns), columns), signal).cost) / float(signal.square().sum())
-        for free in functions_of(bench, before)
-    }
+    signal = complement(bench.whitener((before.plain_columns[:, places] @ before.fit.amplitudes[places]).unsqueeze(1)), columns).squeeze(1)
+    functions = functions_of(bench, before)
+    left = {free: float(project(complement(bench.whitener(free.columns), columns), signal).cost) / float(signal.square().sum()) for free in functions}
     best = min(left, key=lambda free: left[free])
-    return best.columns if left[best] < 1.0 - STANDS_FOR else None
+    if left[best] < 1.0 - STANDS_FOR:
+        return best.columns
+    if not all(bench.effects[name].sharp or by_the_clock(bench.effects[name]) for name in added):
+        return None
+    slow = [free.axis.chebyshev(free.axis.means, SLOW_ORDER) for free in functions if free.of in SLOW and free.beside is None]
+    signals = [before.plain_columns[:, own] @ before.fit.amplitudes[own] for own in added.values()]
+    return torch.cat([_changed(one, torch.cat(slow, dim=1)) for one in signals], dim=1)
+
+
+def _changed(signal: Tensor, slow: Tensor) -> Tensor:
+    """(N, K+2) a signal (N,) with a size that changes as slow columns (N, K) do, and its square and cube."""
+    unit = signal / signal.square().mean().sqrt()
+    return torch.cat([unit.unsqueeze(1) * slow, torch.stack([unit**2, unit**3], dim=1)], dim=1)

@@ -11,7 +11,7 @@ from torch import Tensor
 from zoo.diagnosis.acceptance import ACCEPT
 from zoo.diagnosis.search import Search
 from zoo.diagnosis.structure import Structure
-from zoo.diagnosis.trials import Step, Trial
+from zoo.diagnosis.trials import LITTLE, Step, Trial
 
 FAINT = 1e-12
 
@@ -96,10 +96,15 @@ def hypotheses(found: Search, structure: Structure, hidden: float) -> list[Hypot
 
 
 def _chances(step: Step, name: str) -> dict[str, float]:
-    """Chances of the candidates of a round; none of them is no choice where one was added for want of noise without it, on little evidence."""
-    chances = posterior(step.trials)
-    own = next(trial.evidence for trial in step.trials if trial.screened.name == name)
-    total = sum(chances.values()) if own < ACCEPT + math.log(len(step.trials)) else 1.0
+    """Chances of the candidates of a round; none of them is no choice where one was added for want of noise without it, on little evidence.
+
+    What leaves far more than the one that was added is no rival of it, however well a walk explains the rest.
+    """
+    own = next(trial for trial in step.trials if trial.screened.name == name)
+    most = own.solved.rms / LITTLE if own.solved else math.inf
+    rivals = [trial for trial in step.trials if trial.solved is None or trial.solved.rms <= most]
+    chances = posterior(rivals)
+    total = sum(chances.values()) if own.evidence < ACCEPT + math.log(len(step.trials)) else 1.0
     return {one: chance / max(total, FAINT) for one, chance in chances.items()}
 
 

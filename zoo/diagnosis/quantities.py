@@ -155,13 +155,29 @@ def inputs_of(effect: Effect) -> set[str]:
     return {*map(column_in_words, effect.needs), *([INPUT.words] if _turns(effect) else [])}
 
 
+def by_the_clock(effect: Effect) -> bool:
+    """Whether an effect's columns are the same whatever the temperature and the inputs do: lines and steps in time, drifts."""
+    here = _samples(effect)
+    other = replace(here, temperature=-here.temperature, rate=-here.rate, gradient=-here.gradient, thermometer=-here.thermometer)
+    return not effect.needs and not _turns(effect) and _same(effect, here, other)
+
+
 def _turns(effect: Effect) -> bool:
     """Whether an effect's columns are others where the true input is another."""
+    up = _samples(effect)
+    return not _same(effect, up, replace(up, reference=-up.reference))
+
+
+def _samples(effect: Effect) -> History:
+    """An hour in which everything that an effect may look at differs from nothing."""
     time = torch.arange(SAMPLES, dtype=torch.float64) * 60.0
-    inputs = dict.fromkeys(effect.needs, torch.ones_like(time))
-    up = History(time, time / 60, torch.ones_like(time), torch.ones_like(time), time / 60, torch.ones_like(time), inputs, 1)
+    inputs, wave = dict.fromkeys(effect.needs, torch.ones_like(time)), (time / 900.0).sin()
+    return History(time, 10 * wave, wave.flip(0), wave, 10 * wave, torch.ones_like(time), inputs, 1)
+
+
+def _same(effect: Effect, *histories: History) -> bool:
     with torch.no_grad():
-        return not torch.equal(*(effect.columns(one, effect.shape_value) for one in (up, replace(up, reference=-up.reference))))
+        return torch.equal(*(effect.columns(one, effect.shape_value) for one in histories))
 
 
 def _unit_of(column: str) -> str:

@@ -72,7 +72,7 @@ def search(bench: Workbench, base: Solved, candidates: list[str], progress: Call
         _forward(bench, found, candidates, progress)
         if found.final.rms > FAR * bench.mixtures.white or not _exchange(bench, found, candidates, progress):
             break
-    if len(found.missing) < 2 and not examine(bench, found.final, base).is_noise:
+    if len(found.missing) < 2 and not examine(bench, found.final, base).is_noise and not _single(bench, found):
         _pair(bench, found, candidates, progress)
     _drop(bench, found)
     _agree(bench, found)
@@ -98,6 +98,20 @@ def _agree(bench: Workbench, found: Search) -> None:
             if own is not None and evidence > own.evidence:
                 own.solved, own.evidence, own.refitted = found.final, evidence, True
                 step.trials.sort(key=lambda trial: (not trial.refitted, -trial.evidence))
+
+
+def _single(bench: Workbench, found: Search) -> bool:
+    """Take another effect of the first round than the one that was chosen, if it leaves noise; whether one did."""
+    first = found.steps[0]
+    for single in _singles(found):
+        if single.solved is None or single.evidence < ACCEPT + math.log(max(len(first.trials), 1)):
+            continue
+        alone = _finished(bench, found.base, single.solved)
+        if examine(bench, alone, found.base).is_noise:
+            first.chosen = single.screened.name
+            found.keep(alone)
+            return True
+    return False
 
 
 def _pair(bench: Workbench, found: Search, candidates: list[str], progress: Callable[[str], None]) -> None:
@@ -161,7 +175,7 @@ def _exchange(bench: Workbench, found: Search, candidates: list[str], progress: 
         step = Step(less, sorted([mine, *trials], key=lambda trial: (not trial.refitted, -trial.evidence)), name)
         found.steps.append(step)
         best = step.trials[0]
-        if best is not mine and best.solved is not None and best.evidence > own + PREFERRED:
+        if best.solved is not None and best.evidence > own + PREFERRED and best_of(bench, [best, mine]) is best:
             step.chosen, changed = best.screened.name, True
             found.keep(_finished(bench, found.base, best.solved))
     return changed

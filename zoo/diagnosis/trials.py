@@ -19,6 +19,8 @@ GLANCED = 6
 """How many of the best candidates by projection have their evidence computed."""
 FAR_BEHIND = 0.2
 """Share of the best evidence at a glance below which a candidate is not refitted, where the best is overwhelming."""
+LITTLE = 0.5
+"""Share of an RMS that a candidate must leave at a glance at most to be refitted for that."""
 REFITS, LOOKED_FAR = 3, 2
 """How many of the best candidates are refitted, and for how many of these the coil is looked for elsewhere as well."""
 
@@ -72,7 +74,7 @@ def round_of(
     """
     trials = glances(bench, before, screen(bench, before, names, everywhere=first))
     reached = min((trial.solved.rms for trial in trials if trial.solved is not None), default=0.0)
-    for rank, trial in enumerate(_worth_arefit(trials) if reached <= least else []):
+    for rank, trial in enumerate(_worth_arefit(trials, before) if reached <= least else []):
         progress(f"{' + '.join(before.names)} + {trial.screened.name}?")
         refit(bench, before, trial, far=rank < LOOKED_FAR)
     trials.sort(key=lambda trial: (not trial.refitted, -trial.evidence))
@@ -100,10 +102,12 @@ def _glance(bench: Workbench, before: Solved, candidate: Screened) -> Trial:
     return Trial(candidate, solved, bench.evidence(before, solved), False)
 
 
-def _worth_arefit(trials: list[Trial]) -> list[Trial]:
+def _worth_arefit(trials: list[Trial], before: Solved) -> list[Trial]:
     """The candidates with the largest evidence at a glance that are not far behind the first, and the one with the largest gain: a bent coil may hide
-    either."""
+    either. And the one that leaves least, where that is little of what there was: before it a walk had taken that over."""
     hopeful = [trial for trial in trials if trial.solved is not None]
     best = sorted(hopeful, key=lambda trial: -trial.evidence)[:REFITS]
     near = [trial for trial in best if trial.evidence > FAR_BEHIND * best[0].evidence or best[0].evidence < OVERWHELMING]
-    return near + [trial for trial in hopeful[:1] if trial not in near]
+    least = min(hopeful, key=lambda trial: trial.solved.rms if trial.solved else math.inf, default=None)
+    quiet = [least] if least and least.solved and least.solved.rms < LITTLE * before.rms else []
+    return list(dict.fromkeys([*near, *hopeful[:1], *quiet]))

@@ -10,7 +10,7 @@ from functools import cached_property
 import torch
 from torch import Tensor
 
-from zoo.diagnosis.elsewhere import look_elsewhere
+from zoo.diagnosis.elsewhere import Elsewhere
 from zoo.diagnosis.noise_likelihood import START, Likely, NoiseMixtures, Place
 from zoo.diagnosis.preparation import reference_varies, without_outliers
 from zoo.diagnosis.shape_search import Beside
@@ -97,6 +97,11 @@ class Solved:
     def plain_columns(self) -> Tensor:
         """(N, K) block means of its columns, not whitened."""
         return self.fit.plain[:, : self.fit.columns.shape[1]]
+
+    @cached_property
+    def elsewhere(self) -> Elsewhere:
+        """The model at other coils."""
+        return Elsewhere(self.design, self.fit.theta)
 
     @property
     def rms(self) -> float:
@@ -189,7 +194,7 @@ class Workbench:
         near = torch.cat([base.fit.theta, to_unit(shape, self.effects[name].shape).to(base.fit.theta)])
         if start is None:
             shapes = self.shapes(name) if far and base.rms > FAR * self.mixtures.white else shape.unsqueeze(0)
-            start = look_elsewhere(base.design, base.fit.theta, self.effects[name], shapes, self.span_s)[1]
+            start = base.elsewhere.look(self.effects[name], shapes, self.span_s)[1]
         return self.solve((*base.names, name), [near, start], base.likely.place, COARSE)
 
     def finish(self, solved: Solved, added: tuple[str, ...] = ()) -> Solved:

@@ -2,19 +2,23 @@
 
 from __future__ import annotations
 
+import torch
 from torch import Tensor
 
 from zoo.effects.base import Effect, History, Parameter
 from zoo.physics.relaxation import maxwell, shifted
 
 SECONDS_PER_HOUR, SECONDS_PER_MINUTE = 3600.0, 60.0
+FASTER = 6.0
+"""Ratio of the two branches' times: a spectrum of a decade or two in two lines, of which either may be nothing."""
 
 
 class Viscoelastic(Effect):
-    """Relaxation of one Maxwell branch, G·s/τ(T), of a strain that follows the temperature: ds/dt = dT/dt − s/τ(T), s = 0 at first.
+    """Relaxation of two Maxwell branches, Σ G_i·s_i/τ_i(T), of a strain that follows the temperature: ds_i/dt = dT/dt − s_i/τ_i(T), s_i = 0 at first.
 
-    The bias goes with the rate of stress, ds/dt = dT/dt − s/τ. Its first part is Mohr's column; the second alone is as good beside Mohr's effect and
-    far better conditioned: where a branch hardly relaxes ds/dt is dT/dt, and s/τ a slow trace of its own. A fast one (τ → 0) is Mohr's column.
+    A polymer has a spectrum of times (a Prony series); the second branch is six times as fast as the first, at any temperature. The bias goes with
+    the rate of stress, ds/dt = dT/dt − s/τ. Its first part is Mohr's column; the second alone is as good beside Mohr's effect and far better
+    conditioned: where a branch hardly relaxes ds/dt is dT/dt, and s/τ a slow trace of its own. A fast one (τ → 0) is Mohr's column.
     """
 
     name = "viscoelastic"
@@ -22,13 +26,18 @@ class Viscoelastic(Effect):
         Parameter("time", 2.0, "h", 0.2, 10.0, "log", source="prior: 0.3–5 h", meaning="τ at 20 °C", grid=6),
         Parameter("shift", 3.0, "1/(100 K)", 0.0, 8.0, source="Trufanov, PMC12846046: a coating's tangent is 4 at 20 °C", meaning="decades", grid=4),
     )
-    amplitudes = (Parameter("coefficient", 0.0, "unit/(K/min)", -10.0, 10.0, source="prior: of the size of Mohr's C_M", meaning="G"),)
-    formula = "G·s/τ(T),  ds/dt = dT/dt − s/τ(T),  τ(T) = τ20·10^(−k·θ/100 K),  θ = T − 20 °C"
-    source = "Maxwell's branch; Williams, Landel & Ferry 1955, J. Am. Chem. Soc. 77:3701"
+    amplitudes = (
+        Parameter("coefficient", 0.0, "unit/(K/min)", -10.0, 10.0, source="prior: of the size of Mohr's C_M", meaning="G"),
+        Parameter("fast", 0.0, "unit/(K/min)", -10.0, 10.0, source="prior: as the first", meaning="G of the branch six times as fast"),
+    )
+    formula = "G·s/τ(T) + G₂·s₂/τ₂(T),  ds/dt = dT/dt − s/τ(T),  τ(T) = τ20·10^(−k·θ/100 K),  θ = T − 20 °C,  τ₂ = τ/6"
+    source = "Maxwell's branches (Prony series); Williams, Landel & Ferry 1955, J. Am. Chem. Soc. 77:3701"
     signature = "decays within hours in the hold after a ramp, faster when hot; opposite sign after cooling"
     confused_with = ("hysteresis", "moisture", "aging", "sensor_lag")
 
     def columns(self, history: History, shape: Tensor) -> Tensor:
-        """What relaxes in a minute [K/min], see `Effect.columns`."""
-        speed = shifted(history.temperature, shape[..., 1:2]) / (SECONDS_PER_HOUR * shape[..., 0:1])
-        return (SECONDS_PER_MINUTE * speed * maxwell(history.time, history.temperature, speed)).unsqueeze(-1)
+        """What relaxes in a minute in each branch [K/min], see `Effect.columns`."""
+        first = shifted(history.temperature, shape[..., 1:2]) / (SECONDS_PER_HOUR * shape[..., 0:1])
+        speed = torch.stack([first, FASTER * first], dim=-2)
+        relaxed = SECONDS_PER_MINUTE * speed * maxwell(history.time, history.temperature.unsqueeze(-2), speed)
+        return relaxed.movedim(-2, -1)
