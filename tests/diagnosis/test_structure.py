@@ -11,6 +11,9 @@ import torch
 from torch import Generator, Tensor
 
 from zoo.diagnosis.diagnose import open_bench
+from zoo.diagnosis.free_functions import anywhere
+from zoo.diagnosis.moments import moments, rarity
+from zoo.diagnosis.restless import restless
 from zoo.diagnosis.structure import LEVEL_ALLOWED, LINE, SIGNIFICANT, Structure, _outdone, examine, free_dependences, spectral_line
 from zoo.diagnosis.workbench import Workbench
 from zoo.measurements.run import Run
@@ -83,6 +86,44 @@ def test_an_effect_that_a_free_function_outdoes_is_not_what_it_is(planted, base,
     assert looks_quiet(structure)
     assert not structure.is_noise
     assert examine(bench, right, before).is_noise, "fringes have that shape, with fewer parameters"
+
+
+def test_a_free_function_is_weighed_at_the_coil_that_suits_it(planted, base, white) -> None:
+    """At a coil that lags far too much, functions of its temperature explain less than at one of the grid."""
+    bench = planted(lambda run, coil: 0.4 * white * (coil.cummax(dim=0).values - coil[0]), 1)
+    fitted = bench.solve(tuple(base))
+    lagging = fitted.fit.theta.clone()
+    lagging[0] = 0.9
+    for solved, least, most in ((fitted, -1.0, 5.0), (bench.moved(fitted, lagging), SIGNIFICANT, math.inf)):
+        here = {one.depends_on: one.evidence for one in free_dependences(bench, solved)}
+        there = anywhere(bench, solved)
+        assert all(there[words] > evidence - 1.0 for words, evidence in here.items()), "its own coil is one of them"
+        assert max(there, key=lambda words: there[words]) == "the highest temperature so far"
+        assert least < there["the highest temperature so far"] - here["the highest temperature so far"] < most
+
+
+def test_what_happens_at_few_moments_is_no_noise_and_they_are_told(planted, base, white) -> None:
+    """Bursts that die within ten minutes, which a noise mixture takes for flicker."""
+    moments_h = {1: (2.0, 6.5), 2: (4.2,)}
+
+    def door(run: Run, coil: Tensor) -> Tensor:
+        since = [(run.time - run.time[0] - 3600 * hours) for hours in moments_h[int(run.name.rsplit("_", 1)[1])]]
+        return sum((8 * white * torch.exp(-one.clamp_min(0) / 600) * (one > 0) for one in since), torch.zeros_like(run.time))
+
+    bench = planted(door, 1)
+    solved = bench.solve(tuple(base))
+    assert not examine(bench, solved, solved).is_noise
+    assert rarity(bench, solved) > 1.5
+    told = moments(bench, solved)
+    assert [name for name, _ in told] == ["run_1", "run_1", "run_2"]
+    assert [hours for _, hours in told] == pytest.approx([2.0, 6.5, 4.2], abs=0.3)
+    assert "at few moments" in restless(bench, solved)
+
+
+@pytest.mark.parametrize("seed", [1, 2, 3, 4, 5])
+def test_noise_happens_all_the_time(runs, catalogue, base, seed) -> None:
+    bench = open_bench(runs("", seed), base, catalogue)
+    assert rarity(bench, bench.solve(tuple(base))) < 0.7
 
 
 @pytest.mark.parametrize("hidden", ["supply_voltage", "magnetic", "warm_up", "aging"])

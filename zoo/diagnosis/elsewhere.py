@@ -64,7 +64,7 @@ class Elsewhere:
         closely = effect.sharp and len(shapes) > 1
         known: Tensor | None = None
         found = []
-        for coil in self._close if closely else self._half if len(shapes) > 1 else self._all:
+        for coil in self._close if closely else self.some if len(shapes) > 1 else self._all:
             if known is None or effect.place == "coil":
                 known = (self.design.effect_columns_at_means if closely else self.design.effect_columns)(effect, coil.places, shapes)
             cost, best = project(complement(known, coil.basis), coil.residual).cost.min(dim=0)
@@ -80,7 +80,8 @@ class Elsewhere:
         return self._at(coarse_starts(self.design, self.theta))
 
     @cached_property
-    def _half(self) -> list[Coil]:
+    def some(self) -> list[Coil]:
+        """The places of one colour of a coarse grid, as on a chessboard."""
         return self._at(coarse_starts(self.design, self.theta, thinned=True))
 
     @cached_property

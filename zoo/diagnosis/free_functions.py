@@ -132,3 +132,28 @@ def weigh(bench: Workbench, solved: Solved, free: Tensor, beside: Tensor | None 
         after = bench.mixtures.most_likely(columns, solved.design.error, before.place)
     left = float(project(columns, solved.design.error).cost) / float(project(known, solved.design.error).cost)
     return 1.0 - left, after.logarithm - before.logarithm - 0.5 * free.shape[1] * math.log(bench.effective_samples)
+
+
+def anywhere(bench: Workbench, solved: Solved) -> dict[str, float]:
+    """Log Bayes factor of a free function of each quantity, by what it depends on, at whichever coil of a coarse grid suits it best.
+
+    A model that lacks an effect has bent its coil, and a function of the temperature there explains little of what goes with the true one.
+
+    Args:
+        bench: the runs.
+        solved: the model without it, fitted.
+    """
+    _, whitener = bench.mixtures.whitener(solved.likely.place)
+    target = whitener(solved.design.error.unsqueeze(1)).squeeze(1)
+    best: dict[str, tuple[float, Tensor, int]] = {}
+    for there in [solved, *(bench.moved(solved, coil.theta) for coil in solved.elsewhere.some)]:
+        for words, free in free_functions(bench, there).items():
+            columns = torch.cat([there.fit.plain, free], dim=1)
+            cost = float(project(whitener(columns), target).cost)
+            if words not in best or cost < best[words][0]:
+                best[words] = cost, columns, free.shape[1]
+    found = {}
+    for words, (_, columns, count) in best.items():
+        likely = bench.mixtures.most_likely(columns, solved.design.error, solved.likely.place)
+        found[words] = likely.logarithm - solved.likely.logarithm - 0.5 * count * math.log(bench.effective_samples)
+    return found

@@ -8,6 +8,7 @@ import torch
 from torch import Tensor
 
 from zoo.diagnosis.form_words import number
+from zoo.diagnosis.moments import moments, rarity
 from zoo.diagnosis.workbench import Solved, Workbench
 from zoo.units import symbol
 
@@ -20,7 +21,7 @@ SECONDS_PER_MINUTE = 60.0
 
 
 def restless(bench: Workbench, solved: Solved) -> str:
-    """How the residual of a model comes and goes, in a sentence: between two levels, or at random with a time scale."""
+    """How the residual of a model comes and goes, in a sentence: between two levels, at few moments, or at random with a time scale."""
     parts = list(solved.residual.split([run.blocks for run in bench.runs]))
     step, unit = bench.runs[0].average_s, symbol(bench.runs[0].unit)
     low, high, left = two_levels(solved.residual)
@@ -28,6 +29,9 @@ def restless(bench: Workbench, solved: Solved) -> str:
         middle, half = 0.5 * (low + high), 0.5 * (high - low)
         dwell = dwell_time([(part - middle) / half for part in parts]) * step
         return f"It comes and goes at random: two levels {number(high - low, 2)} {unit} apart, switching every {_minutes(dwell)} on average."
+    found = moments(bench, solved)
+    if found and rarity(bench, solved) > 1.0:
+        return f"It happens at few moments: {'; '.join(f'{name} at {hours:.2f} h' for name, hours in found)}."
     blocks = correlation_time(parts)
     if blocks <= 1.0:
         return f"It is new in every block of {number(step)} s: noise of another level or with outliers, rather than an effect."

@@ -7,7 +7,8 @@ from dataclasses import dataclass
 
 import torch
 
-from zoo.diagnosis.free_functions import free_functions, weigh
+from zoo.diagnosis.free_functions import anywhere, free_functions, weigh
+from zoo.diagnosis.moments import kurtosis, rarity
 from zoo.diagnosis.quantities import inputs_of
 from zoo.diagnosis.workbench import QUIET, Solved, Workbench
 from zoo.fitting.projection import project
@@ -25,7 +26,7 @@ MATERIAL = 0.08
 BELIEVED = 0.1
 """Share that is believed of a log Bayes factor between a free function and a named effect of the same quantity."""
 KURTOSIS = 4.0
-"""Standard deviations of the excess kurtosis of normal numbers, √(24/N), that chance may give."""
+"""Standard deviations of the excess kurtosis of normal numbers that chance may give the steps of a walk."""
 OUTDONE, SEVERAL_OUTDONE = 1.05, 0.9
 """Evidence of a free function over that of one named effect above which that is not what it is; over that of several, which have no reason to add up
 to a function of one quantity."""
@@ -79,10 +80,10 @@ def examine(bench: Workbench, final: Solved, base: Solved) -> Structure:
     """Test the residual of a model against noise, absolutely.
 
     Noise means that the likeliest mixture of white, flicker and random walk within what gyros have reaches χ²/dof = 1, within what the noise level is
-    uncertain by, that the steps of a large random walk are normal, that what this mixture predicts from the past leaves no spectral line, and that no
-    smooth function of temperature, rate, time or a recorded input explains a material share. Where effects were added to `base`, a small part of
-    what they explained may remain, for a catalogue's form is never nature's; and no smooth function of one quantity alone may have more evidence than
-    they have, for a right form needs fewer parameters.
+    uncertain by, that the steps of a large random walk are normal and nothing happens at few moments, that what this mixture predicts from the past
+    leaves no spectral line, and that no smooth function of temperature, rate, time or a recorded input explains a material share. Where effects were
+    added to `base`, a small part of what they explained may remain, for a catalogue's form is never nature's; and no smooth function of one quantity
+    alone, at whatever coil, may have more evidence than they have, for a right form needs fewer parameters.
 
     Args:
         bench: the runs.
@@ -99,20 +100,20 @@ def examine(bench: Workbench, final: Solved, base: Solved) -> Structure:
     wave = 0.0 if line is None else line.evidence / LINE
     if line is not None and forgiven > 0:
         wave = min(wave, line.explains * (1.0 + excess) / forgiven)
-    strain = max(0.0, level, shape, wave, _jumps(bench, final), _outdone(bench, final, base))
+    strain = max(0.0, level, shape, wave, _jumps(bench, final, final.names == base.names), _outdone(bench, final, base))
     if final.rms < QUIET * bench.mixtures.white:
         strain = min(strain, 1.0)
     found = (*[one for one in tried if one.matters], *([line] if line is not None and line.matters else []))
     return Structure(strain, excess, found)
 
 
-def _jumps(bench: Workbench, final: Solved) -> float:
-    """Excess kurtosis of the steps of a large random walk, over what chance may give: those of noise are normal, those of a switch are not."""
-    if not bench.mixtures.much_walk(final.likely.noise):
-        return 0.0
-    steps = bench.mixtures.whitener(final.likely.place)[1](final.residual.unsqueeze(1)).squeeze(1)
-    kurtosis = float(steps.pow(4).mean() / steps.square().mean() ** 2) - 3.0
-    return kurtosis / (KURTOSIS * math.sqrt(24.0 / len(steps)))
+def _jumps(bench: Workbench, final: Solved, alone: bool) -> float:
+    """Excess kurtosis of the whitened residual over what chance may give: steps of a walk that is large are looked at after any effect.
+
+    So are bursts of any length of a model to which nothing was added (`alone`); what the form of an added effect leaves may be short and rare.
+    """
+    walk = kurtosis(bench, final) / KURTOSIS if bench.mixtures.much_walk(final.likely.noise) else 0.0
+    return max(walk, rarity(bench, final) if alone else 0.0)
 
 
 def _outdone(bench: Workbench, final: Solved, base: Solved) -> float:
@@ -123,7 +124,7 @@ def _outdone(bench: Workbench, final: Solved, base: Solved) -> float:
     if final.names == base.names:
         return 0.0
     if not base.freed:
-        base.freed.update((one.depends_on, one.evidence) for one in free_dependences(bench, base))
+        base.freed.update(anywhere(bench, base))
     added = [name for name in final.names if name not in base.names]
     own = {words for name in added for words in inputs_of(bench.effects[name])}
     allowed = OUTDONE if len(added) == 1 else SEVERAL_OUTDONE

@@ -243,6 +243,11 @@ class Workbench:
         design.model.assign(found.theta, found.amplitudes)
         return Solved((*base.names, name), design.model, design, found, self.mixtures, base.likely.place)
 
+    def moved(self, solved: Solved, theta: Tensor) -> Solved:
+        """The same effects at other nonlinear parameters (P,), their amplitudes fitted; the fitted values of the model stay."""
+        found = fit(solved.design.plain_columns, solved.design.target, theta, iterations=0, weigh=self.whitener)
+        return Solved(solved.names, solved.model, solved.design, found, self.mixtures, solved.likely.place)
+
     def without(self, full: Solved, name: str) -> Solved:
         """Refit with one effect less, started from the full model's parameters; a solution that is known already stays where that start is worse."""
         owners = [owner for owner, _ in full.model.parameters_of_theta()]
