@@ -15,7 +15,8 @@ EFFECT_HEAD = (
     "\n| one hidden | cases | right | plain exact | smallest z right | largest z wrong | found at 90 %, over ideal |\n|---|---|---|---|---|---|---|"
 )
 WORDS = (
-    "σ₁₀: white noise of 10 s means; amplitude: half of peak to peak over the fitted runs. z: size of what the base cannot absorb of a hidden "
+    "σ₁₀: white noise of 10 s means; amplitude: half of peak to peak over the fitted runs; visible RMS: what the base leaves of the effect without "
+    "noise, which `amplitude` of `fogzoo simulate` means. z: size of what the base cannot absorb of a hidden "
     "effect, in the true noise. Ideal detector: M matched filters, the largest beyond t, 1 − (1 − 2Q(t))^M = 0.02; it finds z = t + Q⁻¹(0.1) in 90 %."
 )
 HEAD = "| | target | measured | 90 % interval | n |\n|---|---|---|---|---|"
