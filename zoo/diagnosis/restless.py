@@ -31,7 +31,7 @@ def restless(bench: Workbench, solved: Solved) -> str:
         return f"It comes and goes at random: two levels {number(high - low, 2)} {unit} apart, switching every {_minutes(dwell)} on average."
     found = moments(bench, solved)
     if found and rarity(bench, solved) > 1.0:
-        return f"It happens at few moments: {'; '.join(f'{name} at {hours:.2f} h' for name, hours in found)}."
+        return f"It happens at few moments: {_told(found)}."
     blocks = correlation_time(parts)
     if blocks <= 1.0:
         return f"It is new in every block of {number(step)} s: noise of another level or with outliers, rather than an effect."
@@ -71,6 +71,14 @@ def correlation_time(parts: list[Tensor]) -> float:
             return lag - 1 + (before - math.exp(-1.0)) / (before - now)
         before = now
     return float(longest)
+
+
+def _told(found: list[tuple[str, float]]) -> str:
+    """Moments by run: run_1 at 2.23 and 5.93 h, run_2 at 3.12 h."""
+    hours: dict[str, list[str]] = {}
+    for name, hour in found:
+        hours.setdefault(name, []).append(f"{hour:.2f}")
+    return ", ".join(f"{name} at {' and '.join(each)} h" for name, each in hours.items())
 
 
 def _minutes(seconds: float) -> str:
