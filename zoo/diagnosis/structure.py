@@ -28,8 +28,8 @@ BELIEVED = 0.1
 KURTOSIS = 4.0
 """Standard deviations of the excess kurtosis of normal numbers that chance may give the steps of a walk."""
 OUTDONE, SEVERAL_OUTDONE = 1.05, 0.9
-"""Evidence of a free function over that of one named effect above which that is not what it is; over that of several, which have no reason to add up
-to a function of one quantity."""
+"""Evidence of a free function over that of a named effect above which that is not what it is; over that of several together, which have no reason to
+add up to a function of one quantity."""
 LINE = 10.0
 """Largest ordinate of a white periodogram over the mean, less the logarithm of their number, that chance may give (5 in 100 000; Fisher 1929)."""
 
@@ -119,7 +119,8 @@ def _jumps(bench: Workbench, final: Solved, alone: bool) -> float:
 def _outdone(bench: Workbench, final: Solved, base: Solved) -> float:
     """How far the best free function is ahead of the added effects, with what is allowed: 1 where it is just that; 0 where none were added.
 
-    One of a column or of the true input does not count against an effect that goes with it: it is that effect, of any form.
+    One of a column or of the true input does not count against an effect that goes with it: it is that effect, of any form. Of several effects, one
+    alone may stand for it.
     """
     if final.names == base.names:
         return 0.0
@@ -127,9 +128,11 @@ def _outdone(bench: Workbench, final: Solved, base: Solved) -> float:
         base.freed.update(anywhere(bench, base))
     added = [name for name in final.names if name not in base.names]
     own = {words for name in added for words in inputs_of(bench.effects[name])}
-    allowed = OUTDONE if len(added) == 1 else SEVERAL_OUTDONE
+    known = [bench.known((*base.names, name)) for name in added]
+    alone = max((OUTDONE * bench.evidence(base, one) for one in known if one is not None), default=0.0)
+    allowed = max(alone, SEVERAL_OUTDONE * bench.evidence(base, final))
     best = max((evidence for words, evidence in base.freed.items() if words not in own), default=0.0)
-    ahead = best - SIGNIFICANT - allowed * bench.evidence(base, final)
+    ahead = best - SIGNIFICANT - allowed
     return math.exp(min(BELIEVED * ahead, 5.0))
 
 
