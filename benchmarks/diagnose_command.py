@@ -1,4 +1,4 @@
-"""Time and memory of the whole command `fogzoo diagnose`, imports and report included, at three sizes.
+"""Time and memory of the whole command `fogzoo diagnose`, imports and report included, at several sizes.
 
 python benchmarks/diagnose_command.py [WORDS]     only sizes with these words in their name, such as million
 """
