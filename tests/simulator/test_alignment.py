@@ -25,7 +25,7 @@ def error(one: PowerOnRun) -> Tensor:
 def line(known: PowerOnRun, new: PowerOnRun) -> Tensor:
     """(T,) error of a new power-on by the line fitted to a known one."""
     powers = [torch.stack([torch.ones_like(one.table["time_s"]), one.table["temperature_c"] + 40], 1) for one in (known, new)]
-    return powers[1] @ torch.linalg.lstsq(powers[0], error(known).unsqueeze(1)).solution.squeeze(1)
+    return powers[1] @ torch.linalg.lstsq(powers[0], error(known).unsqueeze(1), driver="gelsd").solution.squeeze(1)
 
 
 def perfect(known: PowerOnRun, new: PowerOnRun) -> Tensor:
