@@ -57,7 +57,7 @@ SIZES = {
 def measured(*arguments: str) -> tuple[float, float]:
     """Wall time [s] and peak memory [MB] of a command."""
     started = time.perf_counter()
-    process = subprocess.Popen([FOGZOO, *arguments], stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL, env=os.environ | {"OMP_NUM_THREADS": "1"})
+    process = subprocess.Popen([FOGZOO, *arguments], stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
     _, status, used = os.wait4(process.pid, 0)
     process.returncode = os.waitstatus_to_exitcode(status)
     if process.returncode:

@@ -177,7 +177,7 @@ def test_at_means_an_effect_without_memory_is_nearly_what_its_means_are() -> Non
         exact = made.effect_columns(fringes, places, shapes[one : one + 1])
         quick = made.effect_columns_at_means(fringes, places, shapes[one : one + 1])
         assert quick.shape[2] == (2 if one == 0 else 6), "three lines in one place are one"
-        torch.testing.assert_close(quick, exact[..., : quick.shape[2]], rtol=0, atol=0.08 * float(exact.abs().max()))
+        torch.testing.assert_close(quick.double(), exact[..., : quick.shape[2]], rtol=0, atol=0.08 * float(exact.abs().max()))
 
 
 def test_at_means_an_effect_may_look_at_all_that_was_recorded() -> None:
@@ -186,7 +186,7 @@ def test_at_means_an_effect_may_look_at_all_that_was_recorded() -> None:
         effect, places = build("effects", name), made.histories(made.model.theta())
         shapes = torch.zeros(1, 0, dtype=torch.float64)
         exact, quick = made.effect_columns(effect, places, shapes), made.effect_columns_at_means(effect, places, shapes)
-        torch.testing.assert_close(quick[..., :1], exact[..., :1], rtol=0, atol=0.05 * float(exact[..., :1].abs().max()))
+        torch.testing.assert_close(quick[..., :1].double(), exact[..., :1], rtol=0, atol=0.05 * float(exact[..., :1].abs().max()))
 
 
 def test_the_noise_of_runs_is_that_of_their_block_means() -> None:

@@ -257,3 +257,11 @@ def test_the_product_by_bands_is_the_product(size) -> None:
     columns[:, :size, :25] = 0.0
     expected = torch.cat([whitener.factors[0] @ columns[:, :size], whitener.factors[1] @ columns[:, size:]], dim=1)
     torch.testing.assert_close(whitener(columns), expected, rtol=1e-12, atol=1e-12)
+
+
+def test_single_precision_stays_single_and_says_the_same() -> None:
+    whiten = Whitener(NoiseModel(SIGMA, 0.5 * SIGMA, 0.1 * SIGMA), [grid(300), grid(120)])
+    columns = torch.stack([SIGMA * normal(420, seed) for seed in range(6)], dim=1).view(420, 3, 2).movedim(1, 0)
+    found = whiten(columns.float())
+    assert found.dtype == torch.float32
+    torch.testing.assert_close(found.double(), whiten(columns), rtol=0, atol=1e-4)

@@ -16,6 +16,7 @@ from zoo.effects.base import Effect, History
 from zoo.effects.bounds import to_unit
 from zoo.fitting.design import Design, close_starts, coarse_starts
 from zoo.fitting.projection import complement, orthonormal, project
+from zoo.side_by_side import side_by_side
 
 ALLOWED = 20.0
 """χ² that a model may lose at another coil for this to be looked at closely, beside what it leaves over its noise in any case."""
@@ -62,14 +63,17 @@ class Elsewhere:
             χ² that is left, and θ (P+S,).
         """
         closely = effect.sharp and len(shapes) > 1
-        known: Tensor | None = None
-        found = []
-        for coil in self._close if closely else self.some if len(shapes) > 1 else self._all:
-            if known is None or effect.place == "coil":
-                known = (self.design.effect_columns_at_means if closely else self.design.effect_columns)(effect, coil.places, shapes)
-            cost, best = project(complement(known, coil.basis), coil.residual).cost.min(dim=0)
-            found.append((float(cost), coil, shapes[best]))
-        least, coil, shape = min(found, key=lambda each: each[0])
+        coils = self._close if closely else self.some if len(shapes) > 1 else self._all
+        columns = self.design.effect_columns_at_means if closely else self.design.effect_columns
+        same = None if effect.place == "coil" else columns(effect, coils[0].places, shapes)
+
+        def best_at(coil: Coil) -> tuple[float, Tensor]:
+            tried = columns(effect, coil.places, shapes) if same is None else same
+            left = complement(tried, coil.basis.to(tried.dtype))
+            cost, best = project(left, coil.residual.to(tried.dtype)).cost.min(dim=0)
+            return float(cost), shapes[best]
+
+        (least, shape), coil = min(zip(side_by_side(best_at, coils), coils, strict=True), key=lambda each: each[0][0])
         if len(shapes) > 1:
             beside = Beside(self.design, coil.places, coil.basis, coil.residual, self.design.whitener, span_s)
             least, shape = beside.closer(effect, *beside.best(effect, shape.unsqueeze(0)))
@@ -89,12 +93,12 @@ class Elsewhere:
         return self._at(self._possible())
 
     def _at(self, places: Tensor) -> list[Coil]:
-        found = []
-        for theta, columns in zip(places, self.design.columns(places), strict=True):
-            basis = orthonormal(columns)
+        def one(given: tuple[Tensor, Tensor]) -> Coil:
+            basis = orthonormal(given[1])
             residual = complement(self.design.target.unsqueeze(-1), basis).squeeze(-1)
-            found.append(Coil(theta, basis, residual, self.design.histories(theta)))
-        return found
+            return Coil(given[0], basis, residual, self.design.histories(given[0]))
+
+        return side_by_side(one, zip(places, self.design.columns(places), strict=True))
 
     def _possible(self) -> Tensor:
         """(G, P) of a close grid, the coils at which the model is not much worse than where it is, and that one."""

@@ -8,7 +8,9 @@ from torch import Tensor
 
 from zoo.diagnosis.shape_search import Beside
 from zoo.diagnosis.workbench import Solved, Workbench
+from zoo.effects.base import Effect
 from zoo.effects.bounds import to_physical
+from zoo.side_by_side import side_by_side
 
 BENT = 1.2
 """RMS of a residual over the white noise above which the coil may have been bent to make up for something."""
@@ -33,14 +35,15 @@ class Screened:
     start: Tensor | None = None
 
 
-def screen(bench: Workbench, base: Solved, names: list[str], everywhere: bool = False) -> list[Screened]:
+def screen(bench: Workbench, base: Solved, names: list[str]) -> list[Screened]:
     """Project the residual on each candidate's columns over its grid of shapes, under the noise that suits the model best.
+
+    Sharp ones are looked for at other coils as well; every effect that works there is, where the model leaves much: its coil may be bent.
 
     Args:
         bench: the runs and effects.
         base: the model as it stands.
         names: candidates.
-        everywhere: whether other coils are tried for every effect that works there, where the model leaves much, and not for the sharp ones alone.
 
     Returns:
         Candidates, largest gain first.
@@ -48,13 +51,17 @@ def screen(bench: Workbench, base: Solved, names: list[str], everywhere: bool = 
     noise, whitener = base.likely.noise, base.mixtures.whitener(base.likely.place)[1]
     beside = Beside.under(base.design, base.fit.theta, base.fit.plain, whitener, bench.span_s)
     total, level = float(beside.residual.square().sum()), (noise.white / base.mixtures.white) ** 2
-    found = []
-    for name in names:
+
+    def here(name: str) -> Screened:
         effect = bench.effects[name]
         cost, shape = beside.searched(effect, bench.shapes(name))
-        here = Screened(name, shape, (total - cost) / level, len(effect.amplitudes) + len(effect.shape))
-        far = effect.sharp or (effect.place == "coil" and base.rms > BENT * bench.mixtures.white)
-        found.append(_elsewhere(bench, base, here, total) if far else here)
+        return Screened(name, shape, (total - cost) / level, len(effect.amplitudes) + len(effect.shape))
+
+    def far(effect: Effect) -> bool:
+        return effect.sharp or (effect.place == "coil" and base.rms > BENT * bench.mixtures.white)
+
+    near = side_by_side(here, names)
+    found = [_elsewhere(bench, base, one, total) if far(bench.effects[one.name]) else one for one in near]
     return sorted(found, key=lambda candidate: -candidate.gain)
 
 

@@ -148,7 +148,7 @@ def _singles(found: Search) -> list[Trial]:
 def _forward(bench: Workbench, found: Search, candidates: list[str], progress: Callable[[str], None]) -> None:
     while True:
         others = [name for name in candidates if name not in found.final.names]
-        step = round_of(bench, found.final, others, progress, first=found.final is found.base)
+        step = round_of(bench, found.final, others, progress)
         found.steps.append(step)
         best = best_of(bench, [trial for trial in step.trials if convinces(bench, found.base, found.final, trial, len(step.trials))])
         if best is None or len(found.missing) >= MOST_ADDED:

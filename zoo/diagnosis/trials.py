@@ -57,22 +57,17 @@ class Step:
     chosen: str | None = None
 
 
-def round_of(
-    bench: Workbench, before: Solved, names: list[str], progress: Callable[[str], None], first: bool = False, least: float = math.inf
-) -> Step:
+def round_of(bench: Workbench, before: Solved, names: list[str], progress: Callable[[str], None], least: float = math.inf) -> Step:
     """The candidates of a list beside a model: all projected, the best looked at, the best of these refitted.
-
-    In the first round nothing is there yet that makes up for what is missing but the coil: every candidate is looked for at other coils as well.
 
     Args:
         bench: the runs and effects.
         before: the model.
         names: candidates.
         progress: told what is being tried.
-        first: whether nothing was added yet.
         least: RMS that one of them must reach at a glance for any to be refitted [unit].
     """
-    trials = glances(bench, before, screen(bench, before, names, everywhere=first))
+    trials = glances(bench, before, screen(bench, before, names))
     reached = min((trial.solved.rms for trial in trials if trial.solved is not None), default=0.0)
     for rank, trial in enumerate(_worth_arefit(trials, before) if reached <= least else []):
         progress(f"{' + '.join(before.names)} + {trial.screened.name}?")

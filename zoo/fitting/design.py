@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
 
 import torch
 from torch import Tensor
@@ -81,7 +82,8 @@ class Design:
         return torch.cat(parts, dim=-1)
 
     def effect_columns_at_means(self, effect: Effect, places: list[dict[str, History]], shapes: Tensor) -> Tensor:
-        """The same for an effect without memory at the means of each block, which is faster, and for short fringes not quite as good."""
+        """The same for an effect without memory at the means of each block in single precision: faster, for short fringes not quite as good."""
+        shapes = shapes.to(self.error.device, torch.float32)
         parts = [spread(effect.columns(_means(run, place[effect.place]), shapes), shapes) for run, place in zip(self.runs, places, strict=True)]
         return self.whitener(_without_repetition(torch.cat(parts, dim=-2)))
 
@@ -113,17 +115,12 @@ class Design:
 
 
 def _means(run: Run, here: History) -> History:
-    """The block means of everything that a place's history has."""
-    return History(
-        run.block_mean(here.time),
-        run.block_mean(here.temperature),
-        run.block_mean(here.rate),
-        run.block_mean(here.gradient),
-        run.block_mean(here.thermometer),
-        run.block_mean(here.reference),
-        {name: run.block_mean(value) for name, value in here.inputs.items()},
-        here.run,
-    )
+    """The block means of everything that a place's history has, in single precision."""
+    of_place = ("time", "temperature", "rate", "gradient", "thermometer", "reference")
+    values = [getattr(here, name) for name in of_place] + list(here.inputs.values())
+    means = run.block_mean_columns(torch.stack(values, dim=-1)).float().mT
+    inputs = dict(zip(here.inputs, means[len(of_place) :], strict=True))
+    return replace(here, **dict(zip(of_place, means, strict=False)), inputs=inputs)
 
 
 def _without_repetition(columns: Tensor) -> Tensor:

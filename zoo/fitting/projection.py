@@ -53,4 +53,6 @@ def orthonormal(columns: Tensor, tolerance: float = 1e-7) -> Tensor:
 
 def complement(columns: Tensor, basis: Tensor) -> Tensor:
     """What is left of columns (..., N, K) outside the span of an orthonormal basis (N, R)."""
-    return columns - basis @ (basis.mT @ columns)
+    apart = columns.movedim(-2, 0)
+    wide = apart.reshape(len(apart), -1)  # two matrix products, whatever the batch
+    return (wide - basis @ (basis.mT @ wide)).reshape(apart.shape).movedim(0, -2)

@@ -20,15 +20,15 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
     from torch.utils.tensorboard import SummaryWriter
 
-RUNS_DRAWN = 2
-"""Each image costs about 0.2 s; the page has the others."""
+RUNS_DRAWN = 1
+"""The worst: an image costs about 0.3 s, and the page has the others."""
 
 
 def write_events(folder: str | Path, diagnosis: Record, traces: list[Trace], refinement: Record | None = None) -> None:
     """Write an event file.
 
     Scalars: ``rms/fit``, ``rms/check`` and ``rms/noise_floor`` in the output's unit, the rung of the ladder as the step;
-    ``probability/<effect>``. Images: the ladder, and the worst runs against time.
+    ``probability/<effect>``. Images: the ladder, and the worst run against time.
 
     Args:
         folder: where the event file goes.

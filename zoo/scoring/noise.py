@@ -127,10 +127,15 @@ class Whitener:
             self.factors.append(torch.linalg.solve_triangular(factor, torch.eye(len(factor), dtype=factor.dtype, device=factor.device), upper=False))
         self.sizes = [factor.shape[0] for factor in self.factors]
 
+    @cached_property
+    def _single(self) -> list[Tensor]:
+        return [factor.float() for factor in self.factors]
+
     def __call__(self, columns: Tensor) -> Tensor:
-        """Whiten (..., N, K) -> (..., N, K), dimensionless."""
+        """Whiten (..., N, K) -> (..., N, K), dimensionless, in the precision of what it is given."""
+        factors = self.factors if columns.dtype == torch.float64 else self._single
         wide = columns.movedim(-2, 0).reshape(columns.shape[-2], -1)  # one matrix product a piece, whatever the batch
-        pieces = [_product(factor, piece) for factor, piece in zip(self.factors, wide.split(self.sizes), strict=True)]
+        pieces = [_product(factor, piece) for factor, piece in zip(factors, wide.split(self.sizes), strict=True)]
         return torch.cat(pieces).reshape(columns.shape[-2], *columns.shape[:-2], columns.shape[-1]).movedim(0, -2)
 
 
