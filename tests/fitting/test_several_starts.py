@@ -8,7 +8,6 @@ import torch
 from zoo.catalog import build
 from zoo.fitting.design import Design, coarse_starts
 from zoo.fitting.noise import blocks_of, noise_of
-from zoo.fitting.projection import project
 from zoo.fitting.several_starts import fit_from
 from zoo.fitting.variable_projection import fit
 from zoo.models.graybox import GrayBox
@@ -37,10 +36,10 @@ def test_no_single_start_of_the_grid_ends_much_lower(seed, trap) -> None:
     """Of some gyros the fit from the most promising start ends high above the least."""
     design = made(seed)
     starts = coarse_starts(design)
-    ends = [fit(design.plain_columns, design.target, start, weigh=design.whitener).cost for start in starts]
-    found = fit_from(design, starts).cost
+    ends = [fit(design.plain_columns, design.target, start, weigh=design.whitener, prior=design.prior).total for start in starts]
+    found = fit_from(design, starts).total
     assert found < min(ends) + 4.0, "two standard deviations of one parameter"
-    first = ends[int(project(design.columns(starts), design.target).cost.argmin())]
+    first = ends[int(design.cost(starts).argmin())]
     assert found <= first + 1e-2
     assert (first > found + 5.0) is trap
 
@@ -48,5 +47,5 @@ def test_no_single_start_of_the_grid_ends_much_lower(seed, trap) -> None:
 def test_one_start_is_the_fit_from_there() -> None:
     design = made(1)
     start = design.model.theta()
-    alone = fit(design.plain_columns, design.target, start, weigh=design.whitener)
-    torch.testing.assert_close(fit_from(design, start.unsqueeze(0)).cost, alone.cost, rtol=1e-3, atol=0)
+    alone = fit(design.plain_columns, design.target, start, weigh=design.whitener, prior=design.prior)
+    torch.testing.assert_close(fit_from(design, start.unsqueeze(0)).total, alone.total, rtol=1e-3, atol=0)

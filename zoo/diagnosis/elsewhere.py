@@ -71,7 +71,7 @@ class Elsewhere:
             tried = columns(effect, coil.places, shapes) if same is None else same
             left = complement(tried, coil.basis.to(tried.dtype))
             cost, best = project(left, coil.residual.to(tried.dtype)).cost.min(dim=0)
-            return float(cost), shapes[best]
+            return float(cost + self.design.prior.cost(coil.theta)), shapes[best]
 
         (least, shape), coil = min(zip(side_by_side(best_at, coils), coils, strict=True), key=lambda each: each[0][0])
         if len(shapes) > 1:

@@ -25,7 +25,8 @@ REFUSED = 0.5
 """Most that is believed of a further effect that the search did not add, whatever its evidence: of those that might mop up, about half are real."""
 
 SOMETHING, ANOTHER = 4.0, 0.4
-"""Odds before looking that a model lacks something rather than nothing, and that what was found is not all. What the runs cannot show keeps them."""
+"""Odds before looking that a model lacks something rather than nothing; that what was found is not all, once more for each that was found. What the
+runs cannot show keeps them."""
 
 
 @dataclass(frozen=True)
@@ -87,7 +88,7 @@ def hypotheses(found: Search, structure: Structure, hidden: float) -> list[Hypot
         sets[tuple(sorted(others))] = each * max(1.0 - sum(chances.values()), 0.0)
         sets |= {tuple(sorted([*others, other])): each * chance for other, chance in chances.items() if other not in found.missing}
     sets |= {tuple(sorted([*found.missing, other])): whole / stop * chance for other, chance in more.items()}
-    alone = 1.0 / (1.0 + hidden * (ANOTHER if found.missing else SOMETHING))
+    alone = 1.0 / (1.0 + hidden * (ANOTHER ** len(found.missing) if found.missing else SOMETHING))
     size = len(found.missing)
     total = sum(sets.values()) / (1.0 - unknown(structure))
     faint = (1.0 - alone) * sum(weight for effects, weight in sets.items() if len(effects) <= size) / total

@@ -224,8 +224,7 @@ def settle(
     if as_assumed or bench.mixtures.much_walk(likely):
         return bench, found
     again = bench.with_noise(likely)
-    second = search(again, again.solve(names), candidates, progress)
-    return (bench, found) if second.missing == found.missing else (again, second)
+    return again, search(again, again.solve(names), candidates, progress)
 
 
 def _finished(bench: Workbench, base: Solved, solved: Solved) -> Solved:

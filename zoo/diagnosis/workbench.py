@@ -19,7 +19,7 @@ from zoo.effects.base import Effect
 from zoo.effects.bounds import to_physical, to_unit
 from zoo.fitting.design import Design, coarse_starts, starts_in_motion
 from zoo.fitting.noise import assumed
-from zoo.fitting.projection import orthonormal, project
+from zoo.fitting.projection import orthonormal
 from zoo.fitting.several_starts import fit_from
 from zoo.fitting.variable_projection import Fit, fit
 from zoo.measurements.run import Run
@@ -170,11 +170,18 @@ class Workbench:
             return self._solved[key]
         design = self.design(names)
         if starts:
-            found = fit(design.plain_columns, design.target, _cheapest(design, torch.stack(starts)), tolerance=tolerance, weigh=self.whitener)
+            found = fit(
+                design.plain_columns,
+                design.target,
+                _cheapest(design, torch.stack(starts)),
+                tolerance=tolerance,
+                weigh=self.whitener,
+                prior=design.prior,
+            )
         else:
             found = fit_from(design, coarse_starts(design), tolerance=tolerance)
         known = [self._solved[key].fit] if key in self._solved and self._solved[key].names == names else []
-        best = min([found, *known], key=lambda one: one.cost)
+        best = min([found, *known], key=lambda one: one.total)
         design.model.assign(best.theta, best.amplitudes)
         self._solved[key] = Solved(names, design.model, design, best, self.mixtures, near)
         return self._solved[key]
@@ -239,14 +246,15 @@ class Workbench:
         """One more effect without a refit of anything nonlinear: at the base's coil, or at θ (P+S,) elsewhere."""
         design = self.design((*base.names, name))
         theta = torch.cat([base.fit.theta, to_unit(shape, self.effects[name].shape).to(base.fit.theta)]) if start is None else start
-        found = fit(design.plain_columns, design.target, theta, iterations=0, weigh=self.whitener)
+        found = fit(design.plain_columns, design.target, theta, iterations=0, weigh=self.whitener, prior=design.prior)
         design.model.assign(found.theta, found.amplitudes)
         return Solved((*base.names, name), design.model, design, found, self.mixtures, base.likely.place)
 
     def moved(self, solved: Solved, theta: Tensor) -> Solved:
         """The same effects at other nonlinear parameters (P,), their amplitudes fitted; the fitted values of the model stay."""
-        found = fit(solved.design.plain_columns, solved.design.target, theta, iterations=0, weigh=self.whitener)
-        return Solved(solved.names, solved.model, solved.design, found, self.mixtures, solved.likely.place)
+        design = solved.design
+        found = fit(design.plain_columns, design.target, theta, iterations=0, weigh=self.whitener, prior=design.prior)
+        return Solved(solved.names, solved.model, design, found, self.mixtures, solved.likely.place)
 
     def without(self, full: Solved, name: str) -> Solved:
         """Refit with one effect less, started from the full model's parameters; a solution that is known already stays where that start is worse."""
@@ -254,13 +262,9 @@ class Workbench:
         keep = torch.tensor([owner != name for owner in owners], dtype=torch.bool, device=full.fit.theta.device)
         names, start = tuple(other for other in full.names if other != name), full.fit.theta[keep]
         known = self.known(names)
-        if known is not None and known.names == names and self._cost(known.design, start) >= known.fit.cost:
+        if known is not None and known.names == names and float(known.design.cost(start.unsqueeze(0))) >= known.fit.total:
             return known
         return self.solve(names, [start], full.likely.place)
-
-    def _cost(self, design: Design, theta: Tensor) -> float:
-        """χ² at one θ (P,)."""
-        return float(project(design.columns(theta.unsqueeze(0)), design.target).cost)
 
     @cached_property
     def effective_samples(self) -> float:
@@ -318,5 +322,5 @@ class Workbench:
 
 
 def _cheapest(design: Design, trials: Tensor) -> Tensor:
-    """The θ (P,) of several (G, P) at which χ² is least."""
-    return trials[0] if len(trials) == 1 else trials[project(design.columns(trials), design.target).cost.argmin()]
+    """The likeliest θ (P,) of several (G, P)."""
+    return trials[0] if len(trials) == 1 else trials[design.cost(trials).argmin()]

@@ -35,6 +35,8 @@ class Parameter:
         source: where the bounds come from.
         meaning: one line for a reader.
         grid: how many values a search should try.
+        within: how far most gyros are from the default, as a standard deviation: a factor along a logarithm, else in the parameter's unit; 0 where
+            every value between the bounds is as likely.
     """
 
     name: str
@@ -46,6 +48,7 @@ class Parameter:
     source: str = ""
     meaning: str = ""
     grid: int = 8
+    within: float = 0.0
 
     def __post_init__(self) -> None:
         """Raises InputError for what no search can go through, where it is written and not in the middle of a fit."""
@@ -179,7 +182,8 @@ def _fault(one: Parameter) -> str:
         return f"{bounds} with scale='{one.scale}'; they must be above 0, or the scale 'linear'"
     if not one.low <= one.default <= one.high:
         return f"default {one.default:g}; it must be within its {bounds}"
-    return ""
+    known = one.within == 0 or one.within > (1 if one.scale == "log" else 0)
+    return "" if known else f"within={one.within:g}; a factor above 1 along a logarithm, else a width above 0; 0 where nothing is known"
 
 
 def _check_declared(effect: type[Effect]) -> None:

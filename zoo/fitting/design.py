@@ -4,12 +4,15 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import replace
+from functools import cached_property
 
 import torch
 from torch import Tensor
 
 from zoo.effects.base import Effect, History, spread
 from zoo.effects.bounds import to_physical, to_unit
+from zoo.fitting.prior import Prior
+from zoo.fitting.projection import project
 from zoo.measurements.run import Run
 from zoo.models.graybox import GrayBox
 from zoo.models.places import first_rates
@@ -46,6 +49,15 @@ class Design:
         self.error = torch.cat([run.block_mean(run.error) for run in runs])
         self.target = whitener(self.error.unsqueeze(-1)).squeeze(-1)
         self._housings: dict[int, History] = {}
+
+    @cached_property
+    def prior(self) -> Prior:
+        """What is known of θ before."""
+        return Prior.of([p for _, p in self.model.parameters_of_theta()])
+
+    def cost(self, theta: Tensor) -> Tensor:
+        """(G, P) in 0…1 -> (G,) χ² and what the prior adds to it."""
+        return project(self.columns(theta), self.target).cost + self.prior.cost(theta)
 
     def columns(self, theta: Tensor) -> Tensor:
         """(B, P) in 0…1 -> whitened columns (B, N, K)."""

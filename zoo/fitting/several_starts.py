@@ -5,7 +5,6 @@ from __future__ import annotations
 from torch import Tensor
 
 from zoo.fitting.design import Design
-from zoo.fitting.projection import project
 from zoo.fitting.variable_projection import Fit, fit
 
 FOLLOWED, STEPS, FINISHED = 8, 3, 3
@@ -25,17 +24,17 @@ def fit_from(design: Design, trials: Tensor, iterations: int = 30, tolerance: fl
     """
 
     def fitted(start: Tensor, steps: int) -> Fit:
-        return fit(design.plain_columns, design.target, start, steps, tolerance, design.whitener)
+        return fit(design.plain_columns, design.target, start, steps, tolerance, design.whitener, design.prior)
 
-    order = project(design.columns(trials), design.target).cost.argsort()
+    order = design.cost(trials).argsort()
     followed = [fitted(trials[place], STEPS) for place in order[:FOLLOWED]]
-    return min((fitted(one.theta, iterations) for one in _different(followed)[:FINISHED]), key=lambda found: found.cost)
+    return min((fitted(one.theta, iterations) for one in _different(followed)[:FINISHED]), key=lambda found: found.total)
 
 
 def _different(fits: list[Fit]) -> list[Fit]:
     """The fits of different χ², the least first."""
     kept: list[Fit] = []
-    for one in sorted(fits, key=lambda found: found.cost):
-        if not kept or one.cost > (1.0 + APART) * kept[-1].cost:
+    for one in sorted(fits, key=lambda found: found.total):
+        if not kept or one.total > (1.0 + APART) * kept[-1].total:
             kept.append(one)
     return kept

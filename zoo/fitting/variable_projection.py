@@ -9,6 +9,7 @@ from typing import NamedTuple
 import torch
 from torch import Tensor
 
+from zoo.fitting.prior import Prior
 from zoo.fitting.projection import Projection, project
 
 STEP = 1e-4
@@ -17,7 +18,7 @@ DAMPINGS = (1e-4, 1e-2, 1.0, 100.0)
 
 @dataclass(frozen=True, eq=False)
 class Fit:
-    """A solution of min over θ, a of ‖y − Φ(θ)·a‖².
+    """A solution of min over θ, a of ‖y − Φ(θ)·a‖² + what a prior adds for θ.
 
     Attributes:
         theta: (P,) nonlinear parameters, in coordinates where every bound is 0…1.
@@ -28,6 +29,7 @@ class Fit:
         plain: (N, K+P) both before they were weighted.
         moves: (P, K) whether a column depends on a parameter.
         cost: sum of squared residuals.
+        prior: of θ.
         iterations: Gauss–Newton steps taken.
     """
 
@@ -39,7 +41,13 @@ class Fit:
     plain: Tensor
     moves: Tensor
     cost: float
+    prior: Prior
     iterations: int
+
+    @property
+    def total(self) -> float:
+        """What was made least."""
+        return self.cost + float(self.prior.cost(self.theta))
 
     @property
     def jacobian(self) -> Tensor:
@@ -59,7 +67,9 @@ class Fit:
         jacobian = self.jacobian
         norm = jacobian.norm(dim=0)
         scaled = jacobian / norm.clamp_min(1e-300)
-        inverse = torch.linalg.pinv(scaled.mT @ scaled, hermitian=True, rtol=1e-12)
+        known = torch.nn.functional.pad(self.prior.weight.to(norm), (0, len(self.amplitudes)))
+        known = torch.where(norm > 0, known / norm.square(), 0.0)
+        inverse = torch.linalg.pinv(scaled.mT @ scaled + torch.diag(known), hermitian=True, rtol=1e-12)
         dof = max(len(self.residual) - jacobian.shape[1], 1)
         plain = inverse * max(self.cost / dof, 1.0)
         scores = torch.stack(
@@ -86,6 +96,7 @@ def fit(
     iterations: int = 30,
     tolerance: float = 1e-4,
     weigh: Callable[[Tensor], Tensor] = _as_they_are,
+    prior: Prior | None = None,
 ) -> Fit:
     """Variable projection with Levenberg–Marquardt steps (Golub & Pereyra 1973; Kaufman 1975), several dampings tried at once.
 
@@ -96,16 +107,18 @@ def fit(
         iterations: most steps to take.
         tolerance: stop when a step lowers the cost by less than this share of cost/N · 100.
         weigh: linear map (..., N, K) -> (..., N, K) of the columns, such as a whitener; by default none.
+        prior: of the parameters; by default all are as likely.
     """
     theta = start.clone()
+    prior = prior or Prior(torch.zeros_like(theta), torch.zeros_like(theta))
     taken = 0
     here = _linearise(columns, weigh, target, theta)
     while taken < iterations and theta.numel():
-        trials = _steps(theta, here.columns, here.tangent, here.solution.residual)
-        results = project(weigh(columns(trials)), target)
-        cost = torch.where(results.cost.isfinite(), results.cost, torch.inf)
+        trials = _steps(theta, here.columns, here.tangent, here.solution.residual, prior)
+        cost = project(weigh(columns(trials)), target).cost + prior.cost(trials)
+        cost = torch.where(cost.isfinite(), cost, torch.inf)
         best = int(cost.argmin())
-        gain = float(here.solution.cost - cost[best])
+        gain = float(here.solution.cost + prior.cost(theta) - cost[best])
         if gain <= 0:
             break
         taken += 1
@@ -113,9 +126,9 @@ def fit(
         here = _linearise(columns, weigh, target, theta)
         if gain < tolerance * 100 * float(here.solution.cost) / target.numel():
             break
-    found, inside = here.solution, ~_blocked(theta, here.tangent.mT @ here.solution.residual)
+    found, inside = here.solution, ~_blocked(theta, here.tangent.mT @ here.solution.residual + prior.slope(theta))
     plain = torch.cat([here.plain[:, : here.columns.shape[1]], here.plain[:, here.columns.shape[1] :] * inside], dim=1)
-    return Fit(theta, found.amplitudes, found.residual, here.columns, here.tangent * inside, plain, here.moves, float(found.cost), taken)
+    return Fit(theta, found.amplitudes, found.residual, here.columns, here.tangent * inside, plain, here.moves, float(found.cost), prior, taken)
 
 
 class _Linear(NamedTuple):
@@ -155,11 +168,11 @@ def _blocked(theta: Tensor, slope: Tensor) -> Tensor:
     return ((theta <= 0) & (slope < 0)) | ((theta >= 1) & (slope > 0))
 
 
-def _steps(theta: Tensor, basis: Tensor, tangent: Tensor, residual: Tensor) -> Tensor:
+def _steps(theta: Tensor, basis: Tensor, tangent: Tensor, residual: Tensor, prior: Prior) -> Tensor:
     """(D, P) trial parameters, one a damping: Gauss–Newton in the complement of the columns, clipped to the bounds."""
     outside = torch.stack([project(basis, tangent[:, i]).residual for i in range(tangent.shape[1])], dim=1)
-    normal = outside.mT @ outside
-    slope = outside.mT @ residual
+    normal = outside.mT @ outside + torch.diag(prior.weight.to(theta))
+    slope = outside.mT @ residual + prior.slope(theta)
     free = (~_blocked(theta, slope)).to(theta)
     normal = normal * free.unsqueeze(0) * free.unsqueeze(1) + torch.diag(1 - free)
     scale = normal.diagonal().clamp_min(1e-12 * float(normal.diagonal().max()) + 1e-300)

@@ -11,7 +11,17 @@ from zoo.effects.base import History, Parameter
 from zoo.physics.lag import lagged
 
 SECONDS_PER_MINUTE = 60.0
-LAG = Parameter("lag", 300.0, "s", 5.0, 7200.0, "log", "prior: coil 0.5–5 min, package 10–40 min", "time constant of the coil behind what heats it")
+LAG = Parameter(
+    "lag",
+    300.0,
+    "s",
+    5.0,
+    7200.0,
+    "log",
+    "prior: coil 0.5–5 min, package 10–40 min",
+    "time constant of the coil behind what heats it",
+    within=3.0,
+)
 LEAD = Parameter(
     "lead",
     -300.0,
@@ -21,6 +31,7 @@ LEAD = Parameter(
     "linear",
     "prior: package 10–40 min; a thermometer may lag the coil by its structure",
     "time by which the coil leads the thermometer in a steady ramp; negative where it lags",
+    within=900.0,
 )
 WEIGHT = Parameter("weight", 0.5, "1", 0.0, 1.0, "linear", "a coil between two thermometers", "share of this thermometer in what heats the coil")
 

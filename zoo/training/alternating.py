@@ -119,7 +119,7 @@ class _Task:
         beside = Trained(Trained.name, self.network, self.runs)
         both = GrayBox({Trained.name: beside, **effects}, physics.inputs, physics.in_motion)
         design = Design(both, self.runs, self.whitener)
-        found = fit(design.plain_columns, design.target, first_theta(design) if start is None else start, weigh=self.whitener)
+        found = fit(design.plain_columns, design.target, first_theta(design) if start is None else start, weigh=self.whitener, prior=design.prior)
         own = len(beside.amplitudes)
         physics.assign(found.theta, found.amplitudes[own:])
         return (both, found), found.plain[:, own : found.columns.shape[1]] @ found.amplitudes[own:]
