@@ -98,7 +98,7 @@ def test_a_free_function_is_weighed_at_the_coil_that_suits_it(planted, base, whi
         here = {one.depends_on: one.evidence for one in free_dependences(bench, solved)}
         there = anywhere(bench, solved)
         assert all(there[words] > evidence - 2.0 for words, evidence in here.items()), (
-            "its own coil is one of them; the one of least χ² need not be the likeliest"
+            "its own coil is one of them, the least χ² not always the likeliest"
         )
         assert max(there, key=lambda words: there[words]) == "the highest temperature so far"
         assert least < there["the highest temperature so far"] - here["the highest temperature so far"] < most
