@@ -145,15 +145,19 @@ def anywhere(bench: Workbench, solved: Solved) -> dict[str, float]:
     """
     _, whitener = bench.mixtures.whitener(solved.likely.place)
     target = whitener(solved.design.error.unsqueeze(1)).squeeze(1)
-    best: dict[str, tuple[float, Tensor, int]] = {}
+    own = free_functions(bench, solved)
+    best: dict[str, tuple[float, Tensor]] = {}
     for there in [solved, *(bench.moved(solved, coil.theta) for coil in solved.elsewhere.some)]:
-        for words, free in free_functions(bench, there).items():
+        for words, free in (own if there is solved else free_functions(bench, there)).items():
             columns = torch.cat([there.fit.plain, free], dim=1)
             cost = float(project(whitener(columns), target).cost)
             if words not in best or cost < best[words][0]:
-                best[words] = cost, columns, free.shape[1]
+                best[words] = cost, columns
     found = {}
-    for words, (_, columns, count) in best.items():
+    for words, (_, columns) in best.items():
+        count = columns.shape[1] - solved.fit.plain.shape[1]
         likely = bench.mixtures.most_likely(columns, solved.design.error, solved.likely.place)
-        found[words] = likely.logarithm - solved.likely.logarithm - 0.5 * count * math.log(bench.effective_samples)
+        evidence = likely.logarithm - solved.likely.logarithm - 0.5 * count * math.log(bench.effective_samples)
+        # Under the noise that suits it, the coil of least χ² need not be the likeliest.
+        found[words] = max(evidence, weigh(bench, solved, own[words])[1]) if words in own else evidence
     return found
