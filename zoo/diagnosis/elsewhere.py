@@ -51,16 +51,13 @@ class Elsewhere:
         """
         self.design, self.theta = design, theta
 
-    def look(self, effect: Effect, shapes: Tensor, span_s: float) -> tuple[float, Tensor]:
-        """The coil and the shape of an effect that together explain most, everything else being as it is.
+    def look(self, effect: Effect, shapes: Tensor, span_s: float) -> Tensor:
+        """θ (P+S,) with the coil and the shape of an effect that are likeliest together, everything else being as it is.
 
         Args:
             effect: to be added.
             shapes: (G, S) physical, to be tried, at a coarse grid of coils; several of a sharp effect at a close one, as far as the model allows it.
             span_s: length of the longest run [s].
-
-        Returns:
-            χ² that is left, and θ (P+S,).
         """
         closely = effect.sharp and len(shapes) > 1
         coils = self._close if closely else self.some if len(shapes) > 1 else self._all
@@ -73,11 +70,11 @@ class Elsewhere:
             cost, best = project(left, coil.residual.to(tried.dtype)).cost.min(dim=0)
             return float(cost + self.design.prior.cost(coil.theta)), shapes[best]
 
-        (least, shape), coil = min(zip(side_by_side(best_at, coils), coils, strict=True), key=lambda each: each[0][0])
+        (_, shape), coil = min(zip(side_by_side(best_at, coils), coils, strict=True), key=lambda each: each[0][0])
         if len(shapes) > 1:
             beside = Beside(self.design, coil.places, coil.basis, coil.residual, self.design.whitener, span_s)
-            least, shape = beside.closer(effect, *beside.best(effect, shape.unsqueeze(0)))
-        return least, torch.cat([coil.theta, to_unit(shape, effect.shape).to(coil.theta)])
+            shape = beside.closer(effect, *beside.best(effect, shape.unsqueeze(0)))[1]
+        return torch.cat([coil.theta, to_unit(shape, effect.shape).to(coil.theta)])
 
     @cached_property
     def _all(self) -> list[Coil]:

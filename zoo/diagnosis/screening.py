@@ -71,7 +71,7 @@ def _elsewhere(bench: Workbench, base: Solved, here: Screened, total: float) -> 
     Both under the noise that suits the model best, under which it leaves `total`.
     """
     effect, own = bench.effects[here.name], len(base.fit.theta)
-    start = base.elsewhere.look(effect, bench.shapes(here.name), bench.span_s)[1]
+    start = base.elsewhere.look(effect, bench.shapes(here.name), bench.span_s)
     noise, whitener = base.likely.noise, base.mixtures.whitener(base.likely.place)[1]
     shape, coil = to_physical(start[own:], effect.shape), start[:own]
     beside = Beside.under(base.design, coil, base.design.plain_columns(coil.unsqueeze(0)).squeeze(0), whitener, bench.span_s)

@@ -201,7 +201,7 @@ class Workbench:
         near = torch.cat([base.fit.theta, to_unit(shape, self.effects[name].shape).to(base.fit.theta)])
         if start is None:
             shapes = self.shapes(name) if far and base.rms > FAR * self.mixtures.white else shape.unsqueeze(0)
-            start = base.elsewhere.look(self.effects[name], shapes, self.span_s)[1]
+            start = base.elsewhere.look(self.effects[name], shapes, self.span_s)
         return self.solve((*base.names, name), [near, start], base.likely.place, COARSE)
 
     def finish(self, solved: Solved, added: tuple[str, ...] = ()) -> Solved:
