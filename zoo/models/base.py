@@ -42,7 +42,9 @@ class FeatureModel(Model):
         raise NotImplementedError
 
     def standardise(self, features: Tensor, error: Tensor) -> None:
-        """Set the scaler's buffers from training data.
+        """Set from training data what is not trained: the scaler's buffers, and whatever else they decide, such as where segments begin.
+
+        Every fit calls it first.
 
         Args:
             features: (M, F).

@@ -1,6 +1,5 @@
 """Polynomial of temperature and its rate, the usual compensation of fibre-optic gyroscopes."""
 
-import math
 from typing import ClassVar
 
 import torch
@@ -9,6 +8,7 @@ from torch import Tensor, nn
 from zoo.errors import InputError
 from zoo.models.base import FeatureModel
 from zoo.models.features import RATE, Features
+from zoo.models.powers import expanded, powers
 from zoo.models.scaler import Scaler
 from zoo.physics.differentiator import SMOOTHING_S
 
@@ -45,14 +45,8 @@ class Polynomial(FeatureModel):
     def head(self, features: Tensor) -> Tensor:
         """See `FeatureModel.head`."""
         standardised = self.scaler(features)
-        columns = [torch.ones_like(standardised[..., 0])]
-        for index, order in enumerate(self.orders):
-            base = standardised[..., index]
-            power = base
-            for _ in range(order):
-                columns.append(power)
-                power = power * base
-        return self.scaler.restore(torch.stack(columns, dim=-1) @ self.weight)
+        columns = torch.cat([torch.ones_like(standardised[..., :1]), powers(standardised, self.orders)], dim=-1)
+        return self.scaler.restore(columns @ self.weight)
 
     def standardise(self, features: Tensor, error: Tensor) -> None:
         """See `FeatureModel.standardise`."""
@@ -61,16 +55,13 @@ class Polynomial(FeatureModel):
     def coefficients(self) -> dict[str, float]:
         """The polynomial in physical units: ``{"1": k1, "temperature": k2, "temperature_rate": k3, ...}``, powers as ``temperature^2``.
 
-        ((u − m)/s)^p is expanded by the binomial theorem [output's unit per unit of the feature to its power].
+        [output's unit per unit of the feature to its power].
         """
         scale = float(self.scaler.error_scale)
-        weights = [scale * weight for weight in self.weight.detach().tolist()]
-        found = {"1": float(self.scaler.error_centre) + weights[0]}
-        position = 1
+        constant, *weights = [scale * weight for weight in self.weight.detach().tolist()]
+        found = {"1": float(self.scaler.error_centre) + constant}
         for name, order, m, s in zip(self.extract.names, self.orders, self.scaler.centre.tolist(), self.scaler.scale.tolist(), strict=True):
-            for p in range(1, order + 1):
-                for q in range(p + 1):
-                    key = "1" if q == 0 else name if q == 1 else f"{name}^{q}"
-                    found[key] = found.get(key, 0.0) + weights[position] * math.comb(p, q) * (-m) ** (p - q) / s**p
-                position += 1
+            part = expanded(name, weights[:order], m, s)
+            weights = weights[order:]
+            found = found | part | {"1": found["1"] + part["1"]}
         return found

@@ -1,0 +1,178 @@
+"""Polynomials by segments of one feature, the traditional compensation over wide ranges of temperature."""
+
+import itertools
+import math
+from typing import ClassVar
+
+import torch
+from torch import Tensor, nn
+
+from zoo.errors import InputError
+from zoo.models.base import FeatureModel
+from zoo.models.features import RATE, Features
+from zoo.models.powers import expanded, powers
+from zoo.models.scaler import Scaler
+from zoo.models.segmentation import best_edges
+from zoo.physics.differentiator import SMOOTHING_S
+
+LEAST_PER_COEFFICIENT = 2
+"""Samples for each coefficient of a segment that is looked for: with as many as coefficients it would follow any noise; engineering prior."""
+
+
+class PiecewisePolynomial(FeatureModel):
+    """In segment s of the first feature u: y = c_s + Σ_k w_sk·z_s^k + Σ over the other features f and powers p of r_sfp·f^p.
+
+    z_s is u from −1 to 1 over the segment. By default temperature and its rate to order 4 in five segments (tong2019, eq. 6); with the temperature
+    alone, its traditional compensation. Below the first and above the last edge the polynomials of the end segments go on without bounds.
+
+    `continuous`: the constant c and all terms of the other features are shared by the segments, and z_s stays at −1 below its segment and at 1
+    above, with y = c + Σ_s Σ_k w_sk·z_s^k + Σ r_fp·f^p: every function that is polynomial in each segment and continuous at the edges, whatever
+    the other features are, is such a sum, and every such sum is continuous. (With own terms of the rate it could jump wherever there is a rate.)
+
+    Linear in its weights either way. Edges that are not given are found as the model is fitted, where segments with coefficients of their own
+    leave the smallest residual, see `zoo.models.segmentation`; they are the same with `continuous`.
+
+    Attributes:
+        fitted_by: the optimizer that `train` takes unless told otherwise.
+        order: highest power of the first feature.
+        orders: highest power of each other feature.
+        edges: (S − 1,) where segments meet, ascending; the edge itself belongs to the upper one [unit of the first feature].
+        ends: (S + 1,) the same with the lowest and the highest value fitted.
+        constant: (S,) c, or (1,) where continuous.
+        own: (S, order) w.
+        shared: (S, sum of orders) r, or (1, …) where continuous.
+    """
+
+    fitted_by: ClassVar[str] = "least_squares"
+    edges: Tensor
+    ends: Tensor
+
+    def __init__(
+        self,
+        features: list[str],
+        edges: list[float] | None = None,
+        segments: int = 5,
+        order: int = 4,
+        rate_order: int = 4,
+        continuous: bool = False,
+        smoothing_s: float = SMOOTHING_S,
+    ) -> None:
+        super().__init__()
+        if min(order, rate_order) < 1:
+            raise InputError(f"model.order={order} model.rate_order={rate_order}: 1 or more is needed; leave a feature out of model.features instead")
+        if edges is None and segments < 1:
+            raise InputError(f"model.segments={segments}: at least 1 segment is needed")
+        self.extract = Features(features, smoothing_s)
+        self.inputs = self.extract.inputs
+        first, *rest = [rate_order if name.endswith(RATE) else order for name in features]
+        self.order, self.orders, self.continuous = first, rest, continuous
+        self.given = edges is not None
+        inner = torch.linspace(-1, 1, segments + 1, dtype=torch.float64)[1:-1] if edges is None else _checked(edges)
+        self.register_buffer("edges", inner)
+        self.register_buffer("ends", torch.cat([inner[:1] - 1, inner, inner[-1:] + 1]) if len(inner) else torch.tensor([-1.0, 1.0]).double())
+        self.scaler = Scaler(len(features))
+        count = len(inner) + 1
+        own = 1 if continuous else count
+        self.constant = nn.Parameter(torch.zeros(own, dtype=torch.float64))
+        self.own = nn.Parameter(torch.zeros(count, first, dtype=torch.float64))
+        self.shared = nn.Parameter(torch.zeros(own, sum(rest), dtype=torch.float64))
+
+    def features(self, x: Tensor) -> Tensor:
+        """See `FeatureModel.features`."""
+        features: Tensor = self.extract(x)
+        return features
+
+    def head(self, features: Tensor) -> Tensor:
+        """See `FeatureModel.head`."""
+        others = powers(self.scaler(features)[..., 1:], self.orders) @ self.shared.T + self.constant
+        place = features[..., :1]
+        if self.continuous:
+            place = torch.clamp(place, self._below(), self._above())
+        z = (place - self._middle()) / self._half()
+        value = torch.zeros_like(z)
+        for power in range(self.order - 1, -1, -1):
+            value = (value + self.own[:, power]) * z
+        if self.continuous:
+            return self.scaler.restore(value.sum(-1) + others.squeeze(-1))
+        segment = torch.bucketize(features[..., :1].contiguous(), self.edges, right=True)
+        return self.scaler.restore(torch.gather(value + others, -1, segment).squeeze(-1))
+
+    def _below(self) -> Tensor:
+        """(S,) where each segment begins; the first one nowhere."""
+        return torch.cat([torch.full_like(self.ends[:1], -math.inf), self.edges])
+
+    def _above(self) -> Tensor:
+        """(S,) where each segment ends; the last one nowhere."""
+        return torch.cat([self.edges, torch.full_like(self.ends[:1], math.inf)])
+
+    def _middle(self) -> Tensor:
+        """(S,) middle of each segment."""
+        return (self.ends[1:] + self.ends[:-1]) / 2
+
+    def _half(self) -> Tensor:
+        """(S,) half its width; 1 where all that was fitted lies at one place."""
+        half = (self.ends[1:] - self.ends[:-1]) / 2
+        return torch.where(half > 0, half, torch.ones_like(half))
+
+    def standardise(self, features: Tensor, error: Tensor) -> None:
+        """See `FeatureModel.standardise`; finds the edges where none are given.
+
+        Raises:
+            InputError: a segment has fewer samples than coefficients of its own, or so many segments cannot be made.
+        """
+        self.scaler.fit(features, error)
+        place = features[:, 0]
+        if not self.given:
+            self.edges.copy_(self._found(features, error))
+        _check_filled(place, self.edges, self.order + (0 if self.continuous else 1 + sum(self.orders)))
+        self.ends.copy_(torch.cat([place.min().unsqueeze(0), self.edges, place.max().unsqueeze(0)]))
+
+    def _found(self, features: Tensor, error: Tensor) -> Tensor:
+        """(S − 1,) the best edges for features (M, F) and error (M,)."""
+        standardised = self.scaler(features)
+        columns = powers(standardised, [self.order, *self.orders])
+        columns = torch.cat([torch.ones_like(columns[:, :1]), columns / columns.abs().amax(0).clamp_min(1.0)], dim=-1)
+        target = (error - self.scaler.error_centre) / self.scaler.error_scale
+        return best_edges(features[:, 0], columns, target, len(self.ends) - 1, LEAST_PER_COEFFICIENT * columns.shape[1])
+
+    def coefficients(self) -> list[dict[str, float]]:
+        """The polynomial of each segment in physical units, ``{"1": …, "temperature": …, "temperature^2": …, "temperature_rate": …}``, lowest first.
+
+        [output's unit per unit of the feature to its power].
+        """
+        return [self._coefficients(segment) for segment in range(len(self.ends) - 1)]
+
+    def _coefficients(self, segment: int) -> dict[str, float]:
+        scale, row = float(self.scaler.error_scale), 0 if self.continuous else segment
+        own, constant = self.own.detach(), self.constant.detach()
+        name, *others = self.extract.names
+        found = expanded(name, (scale * own[segment]).tolist(), float(self._middle()[segment]), float(self._half()[segment]))
+        found["1"] += float(self.scaler.error_centre) + scale * float(constant[row])
+        if self.continuous:  # the segments below stand at 1, those above at −1
+            sign = (-1.0) ** torch.arange(1, self.order + 1).to(own)
+            found["1"] += scale * float(own[:segment].sum() + (own[segment + 1 :] * sign).sum())
+        weights = (scale * self.shared[row].detach()).tolist()
+        for other, order, m, s in zip(others, self.orders, self.scaler.centre.tolist()[1:], self.scaler.scale.tolist()[1:], strict=True):
+            part = expanded(other, weights[:order], m, s)
+            weights = weights[order:]
+            found = found | part | {"1": found["1"] + part["1"]}
+        return found
+
+
+def _checked(edges: list[float]) -> Tensor:
+    ascending = all(low < high for low, high in itertools.pairwise(edges))
+    if not ascending or not all(math.isfinite(edge) for edge in edges):
+        raise InputError(f"model.edges={list(edges)}: ascending numbers are needed, such as [0, 15, 30, 37]; null looks for model.segments of them")
+    return torch.tensor(edges, dtype=torch.float64)
+
+
+def _check_filled(place: Tensor, edges: Tensor, coefficients: int) -> None:
+    """Raises InputError where the data leave a segment's coefficients open."""
+    samples = torch.bincount(torch.bucketize(place.contiguous(), edges, right=True), minlength=len(edges) + 1).tolist()
+    bounds = ["-∞", *(f"{edge:g}" for edge in edges.tolist()), "∞"]
+    for segment, found in enumerate(samples):
+        if found < coefficients:
+            raise InputError(
+                f"model.edges: the segment {bounds[segment]} … {bounds[segment + 1]} has {found} samples for {coefficients} coefficients of its own; "
+                f"the data reach from {float(place.min()):g} to {float(place.max()):g}: move or leave out an edge, or lower model.order"
+            )
