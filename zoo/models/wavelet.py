@@ -1,0 +1,102 @@
+"""The wavelet network of hui2016: one hidden layer of Morlet wavelets, each with a place and a width."""
+
+import math
+
+import torch
+from torch import Generator, Tensor, cos, exp, float64, nn
+
+from zoo.errors import InputError
+from zoo.models.base import FeatureModel
+from zoo.models.features import Features
+from zoo.models.scaler import Scaler
+from zoo.physics.differentiator import SMOOTHING_S
+
+FREQUENCY = 1.75
+"""Of the cosine in ψ(u) = cos(1.75u)·exp(−u²/2), as usual for wavelet networks."""
+LEAST = 1e-3
+"""Smallest dilation, in standard deviations of the inputs; narrower wavelets are spikes at single samples; engineering prior."""
+REACH = 2.0
+"""Translations begin within ± so many standard deviations of the inputs, where nearly all of them lie; engineering prior."""
+
+
+class Morlet(nn.Module):
+    """H neurons ψ((w_j·x − b_j)/a_j) with ψ(u) = cos(1.75u)·exp(−u²/2).
+
+    Attributes:
+        weight: (H, F) w.
+        translation: (H,) b.
+        log_dilation: (H,) ln(a − 0.001), so that no step of any optimizer takes a dilation to 0.
+    """
+
+    def __init__(self, inputs: int, neurons: int) -> None:
+        super().__init__()
+        self.frequency, self.least = FREQUENCY, LEAST  # TorchScript sees no constants of the file
+        self.weight = nn.Parameter(torch.ones(neurons, inputs, dtype=float64) / math.sqrt(inputs))
+        self.translation = nn.Parameter(_spread(neurons, 0.5 * torch.ones(neurons, dtype=float64)))
+        self.log_dilation = nn.Parameter(torch.full((neurons,), math.log(_spacing(neurons) - LEAST), dtype=float64))
+
+    def dilation(self) -> Tensor:
+        """(H,) a, in the unit of w·x."""
+        return self.least + exp(self.log_dilation)
+
+    def forward(self, x: Tensor) -> Tensor:
+        """(..., F) standardised inputs -> (..., H)."""
+        u = (x @ self.weight.T - self.translation) / self.dilation()
+        return cos(self.frequency * u) * exp(-0.5 * u.square())
+
+    def draw_weights(self, generator: Generator) -> None:
+        """Start anywhere: directions at random on the sphere, translations one in each of H equal parts of ±2, dilations as wide as a part.
+
+        Args:
+            generator: source of chance, see `zoo.training.weights.reset`.
+        """
+        size, device = self.weight.shape, generator.device
+        direction = torch.randn(size, generator=generator, dtype=float64, device=device)
+        place = torch.rand(size[0], generator=generator, dtype=float64, device=device)
+        self.weight.data.copy_(direction / direction.norm(dim=1, keepdim=True))
+        self.translation.data.copy_(_spread(size[0], place))
+        self.log_dilation.data.fill_(math.log(_spacing(size[0]) - LEAST))
+
+
+def _spacing(neurons: int) -> float:
+    return 2 * REACH / neurons
+
+
+def _spread(neurons: int, place: Tensor) -> Tensor:
+    """(H,) one in each of H equal parts of ±2, at the given place 0…1 of its part."""
+    return _spacing(neurons) * (torch.arange(neurons, dtype=float64, device=place.device) + place) - REACH
+
+
+class Wavelet(FeatureModel):
+    """y = Σ_j v_j·ψ((w_j·x − b_j)/a_j), or with `linear` + c + l·x; inputs and output standardised.
+
+    Source: hui2016, whose network has no linear part; how many neurons is not given.
+    """
+
+    def __init__(self, features: list[str], hidden: int = 9, linear: bool = False, smoothing_s: float = SMOOTHING_S) -> None:
+        super().__init__()
+        if hidden < 1:
+            raise InputError(f"model.hidden={hidden}: at least 1 neuron is needed")
+        self.extract = Features(features, smoothing_s)
+        self.inputs = self.extract.inputs
+        self.scaler = Scaler(len(features))
+        self.hidden = Morlet(len(features), hidden)
+        self.output = nn.Linear(hidden, 1, bias=False, dtype=float64)
+        self.linear = nn.Linear(len(features), 1, dtype=float64) if linear else None
+
+    def features(self, x: Tensor) -> Tensor:
+        """See `FeatureModel.features`."""
+        features: Tensor = self.extract(x)
+        return features
+
+    def head(self, features: Tensor) -> Tensor:
+        """See `FeatureModel.head`."""
+        x = self.scaler(features)
+        value = self.output(self.hidden(x))
+        if self.linear is not None:
+            value = value + self.linear(x)
+        return self.scaler.restore(value.squeeze(-1))
+
+    def standardise(self, features: Tensor, error: Tensor) -> None:
+        """See `FeatureModel.standardise`."""
+        self.scaler.fit(features, error)
