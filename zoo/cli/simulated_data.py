@@ -10,14 +10,18 @@ from typing import Any
 import hydra
 from omegaconf import OmegaConf
 from rich.console import Console
+from torch import Tensor
 
 import zoo
 from zoo.artifacts import folder_replacing, write_text
 from zoo.catalog import config_folder
 from zoo.cli.simulate import simulations
 from zoo.measurements.write import write_measurements
+from zoo.simulator.simulated import Recording
 
 SETTINGS = "simulated.yaml"
+NOISELESS = "noiseless_"
+"""Before the name of what would have been recorded of a run without noise of the output."""
 CODE = ("simulator", "effects", "physics", "units.py")
 CONFIGS = ("gyro", "profile", "noise", "chamber", "effects", "simulate.yaml")
 """What a recording depends on."""
@@ -25,6 +29,8 @@ CONFIGS = ("gyro", "profile", "noise", "chamber", "effects", "simulate.yaml")
 
 def recorded(settings: Mapping[str, Any], folder: Path) -> Path:
     """The folder with ``run_1.parquet …`` and ``check.parquet`` of a simulation; simulated where it is not there yet.
+
+    Beside each lies a ``noiseless_….parquet``, by which one knows how good a model could be.
 
     A recording is known by its settings and by the code that made it, so that neither an old simulator's runs nor another seed's are taken for it.
 
@@ -44,8 +50,16 @@ def recorded(settings: Mapping[str, Any], folder: Path) -> Path:
     with folder_replacing(place) as temporary:
         for one in (*simulation.runs, simulation.check):
             write_measurements(temporary / f"{one.name}.parquet", one.table)
+            write_measurements(temporary / f"{NOISELESS}{one.name}.parquet", _noiseless(one, simulation.unit))
         write_text(temporary / SETTINGS, OmegaConf.to_yaml(OmegaConf.create(dict(settings))))
     return place
+
+
+def _noiseless(one: Recording, unit: str) -> dict[str, Tensor]:
+    """The columns of a measurement file whose error is the true one."""
+    reference = one.table[f"reference_{unit}"]
+    output = next(name for name in one.table if name in {unit, f"rate_{unit}", f"accel_{unit}"})
+    return {**one.table, output: reference + one.truth[f"sum_{unit}"]}
 
 
 def _overrides(settings: Mapping[str, Any], above: str = "") -> Iterator[str]:
