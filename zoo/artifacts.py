@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import secrets
+import shutil
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -51,6 +52,29 @@ def replacing(path: str | Path) -> Iterator[Path]:
         raise WorkError(f"{target}: could not be written ({error.strerror or error})") from error
     finally:
         temporary.unlink(missing_ok=True)
+
+
+@contextmanager
+def folder_replacing(path: str | Path) -> Iterator[Path]:
+    """A temporary folder to write to; becomes `path` when the block ends well and is removed when it does not.
+
+    Where somebody else's has taken that place in the meantime, theirs stays.
+
+    Raises:
+        InputError: the folder above it cannot be written to.
+        WorkError: writing failed half-way, as on a full disk.
+    """
+    target = Path(path)
+    temporary = _sibling(writable_folder(target.parent) / target.name)
+    try:
+        temporary.mkdir()
+        yield temporary
+        temporary.replace(target)
+    except OSError as error:
+        if not target.is_dir():
+            raise WorkError(f"{target}: could not be written ({error.strerror or error})") from error
+    finally:
+        shutil.rmtree(temporary, ignore_errors=True)
 
 
 def _sibling(path: Path) -> Path:

@@ -10,7 +10,7 @@ from hydra.core.override_parser.overrides_parser import OverridesParser
 from omegaconf import DictConfig, OmegaConf
 
 from zoo.catalog import create, find, load, names
-from zoo.cli.inputs import searchpath
+from zoo.cli.searchpath import searchpath
 from zoo.effects.base import Effect
 from zoo.effects.checks import check_effect
 from zoo.errors import InputError, nearest

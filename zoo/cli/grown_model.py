@@ -13,7 +13,7 @@ from omegaconf import DictConfig, OmegaConf
 
 from zoo.catalog import MODEL_FILE, load
 from zoo.cli.given_model import Subject
-from zoo.cli.inputs import searchpath
+from zoo.cli.searchpath import searchpath
 from zoo.diagnosis.diagnose import Diagnosis, diagnose
 from zoo.diagnosis.refine import CHECK_ALLOWED, Refinement, refine
 from zoo.diagnosis.regions import regions, runs_rms

@@ -5,10 +5,10 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any
 
-from hydra.core.hydra_config import HydraConfig
 from omegaconf import DictConfig, OmegaConf, open_dict
 
 from zoo.catalog import create
+from zoo.cli.simulated_data import recorded
 from zoo.errors import InputError
 from zoo.measurements.files import find_files
 from zoo.measurements.run import SHARES, Run
@@ -24,6 +24,9 @@ def read_data(config: DictConfig) -> tuple[list[Run], list[Run]]:
     """
     data = config.data.copy()
     with open_dict(data):
+        simulated = data.pop("simulated", None)
+        if simulated is not None:
+            _put_into(recorded(_plain(simulated), Path(data.pop("folder"))), data)
         check_files, holdout = data.pop("check_files", []), data.pop("holdout", 0.0)
     low, high = SHARES
     if not isinstance(holdout, int | float) or not (holdout == 0 or low <= holdout <= high):
@@ -39,6 +42,12 @@ def read_data(config: DictConfig) -> tuple[list[Run], list[Run]]:
         found = create(data, files=[check_files] if isinstance(check_files, str) else list(check_files), average_s=average_s)
         checks += [_alike(run, runs[0]) for run in found]
     return runs, checks
+
+
+def _put_into(place: Path, data: DictConfig) -> None:
+    """Let the names of files be those of a recording."""
+    for key in ("files", "check_files"):
+        data[key] = [str(place / name) for name in data[key]]
 
 
 def _check_unseen(check_files: Any, files: Any) -> None:
@@ -59,9 +68,3 @@ def _alike(run: Run, fitted: Run) -> Run:
     if lacking:
         raise InputError(f"data.check_files: {run.name} lacks the column {', '.join(lacking)} that the fitted runs have")
     return run
-
-
-def searchpath() -> list[Path]:
-    """The user's own config folders, as given by `hydra.searchpath`."""
-    sources = HydraConfig.get().runtime.config_sources
-    return [Path(source.path) for source in sources if source.schema == "file" and source.provider not in {"main", "hydra"}]

@@ -8,7 +8,7 @@ from typing import Any
 
 from hydra.core.hydra_config import HydraConfig
 
-from zoo.cli.inputs import searchpath
+from zoo.cli.searchpath import searchpath
 from zoo.report.unknown_stub import stub_of
 
 

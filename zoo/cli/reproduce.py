@@ -1,18 +1,118 @@
-"""The verb `reproduce`, announced and not built yet."""
+"""The verb `reproduce`: a paper's methods trained by its protocol, and its tables and figures beside ours."""
 
 from __future__ import annotations
 
+import importlib
+import re
+from collections.abc import Sequence
 from pathlib import Path
 
-from omegaconf import DictConfig
+import hydra
+import pandas as pd
+from hydra.core.hydra_config import HydraConfig
+from omegaconf import DictConfig, open_dict
+from rich.console import Console
+from rich.table import Table
+from torch import Tensor
 
-from zoo.errors import WorkError
+from zoo.artifacts import writable_folder, write_text
+from zoo.catalog import load_members, names
+from zoo.cli.inputs import read_data
+from zoo.cli.searchpath import searchpath
+from zoo.cli.simulated_data import NOISELESS
+from zoo.cli.train import trained
+from zoo.errors import InputError
+from zoo.measurements.run import Run
+from zoo.measurements.write import write_measurements
+from zoo.models.prediction import predict_blocks_of_each
+from zoo.papers.study import Claim, Row, Study
+from zoo.scoring.stages import rms
+from zoo.units import symbol
+
+TABLE, TEXT, FIGURES, METHODS = "table.csv", "table.md", "figures", "methods"
+GROUP = "experiment"
+
+
+def paper_settings(arguments: list[str]) -> list[str]:
+    """Command-line arguments with `paper=NAME` as `experiment=NAME`, the config group in which the papers' protocols are."""
+    return [re.sub(r"^paper=", f"{GROUP}=", one) for one in arguments]
 
 
 def run(config: DictConfig, out: Path) -> Path:
-    """Say that the verb is not there yet.
+    """Train every method and compare with what the paper prints.
+
+    Args:
+        config: as composed from conf/reproduce.yaml.
+        out: folder of the results: the table, the figures, and a folder of `train` for each method.
+
+    Returns:
+        The table's file.
 
     Raises:
-        WorkError: always.
+        InputError: no paper, or settings that do not fit.
     """
-    raise WorkError("fogzoo reproduce is not built yet: this version has simulate, train, compare, diagnose and refine")
+    if "paper" not in config:
+        raise InputError(f"paper is not set; possible: {', '.join(names(GROUP, searchpath()))}")
+    paper, console = importlib.import_module(config.paper), Console()
+    runs, checks = read_data(config)
+    predicted: dict[str, list[Tensor]] = {}
+    for place, (name, own) in enumerate(config.methods.items(), 1):
+        console.print(f"{place}/{len(config.methods)} {name}", highlight=False)
+        folder = writable_folder(out / METHODS / re.sub(r"\W+", "_", str(name)).lower())
+        predicted[str(name)] = _predicted(_composed(config, list(own)), runs, checks, folder)
+    study = Study.of([*runs, *checks], len(runs), predicted)
+    rows, claims = paper.rows(study), paper.claims(study, _floors(config, study.runs))
+    _write(study, rows, claims, str(config.paper), out)
+    _print(claims, console)
+    return out / TABLE
+
+
+def _composed(config: DictConfig, own: list[str]) -> DictConfig:
+    """The settings of one method, as `fogzoo train` would have them: the experiment's, the user's, the method's own."""
+    given = [one for one in HydraConfig.get().overrides.task if not one.startswith((f"{GROUP}=", "methods", "+methods"))]
+    paper = HydraConfig.get().runtime.choices[GROUP]
+    return hydra.compose("train", [f"{GROUP}={paper}", f"seeds={config.seeds}", *given, *own], return_hydra_config=True)
+
+
+def _predicted(config: DictConfig, runs: Sequence[Run], checks: Sequence[Run], folder: Path) -> list[Tensor]:
+    """(E, N) predictions of all seeds of one method for every run."""
+    choices = config.hydra.runtime.choices
+    with open_dict(config):
+        del config["hydra"]
+    trained(config, runs, checks, folder, choices)
+    members = load_members(folder)
+    return [predict_blocks_of_each(members, one) for one in (*runs, *checks)]
+
+
+def _floors(config: DictConfig, runs: Sequence[Run]) -> list[float]:
+    """RMS of the noise of every run's block means [output's unit]: recorded less what a gyro without noise would have shown."""
+    quiet = config.copy()
+    with open_dict(quiet):
+        for key in ("files", "check_files"):
+            quiet.data[key] = [f"{NOISELESS}{name}" for name in config.data[key]]
+    known = [one for part in read_data(quiet) for one in part]
+    return [rms(one.block_mean(one.error) - true.block_mean(true.error)) for one, true in zip(runs, known, strict=True)]
+
+
+def _write(study: Study, rows: list[Row], claims: list[Claim], paper: str, out: Path) -> None:
+    # Matplotlib takes a second to import: only here, once the work is done.
+    from zoo.report.palette import styled
+    from zoo.report.paper_figures import compensated_figure, drift_figure, fits_figure, table_figure, table_text
+
+    folder, unit = writable_folder(out / FIGURES), symbol(study.runs[0].unit)
+    with styled():
+        drift_figure(study, unit).savefig(folder / "drift.png", dpi=100)
+        for sample, run in enumerate(study.runs):
+            fits_figure(study, sample, unit).savefig(folder / f"fits_{run.name}.png", dpi=100)
+            compensated_figure(study, sample, unit).savefig(folder / f"compensated_{run.name}.png", dpi=100)
+        for quantity in dict.fromkeys(row.quantity for row in rows):
+            table_figure(rows, quantity, "whole").savefig(folder / f"{re.sub(r'[^a-z]+', '_', quantity.lower())}.png", dpi=100)
+    write_text(out / TEXT, table_text(rows, claims, str(importlib.import_module(paper).__doc__).strip().splitlines()[0]))
+    write_measurements(out / TABLE, pd.DataFrame([row.record() for row in rows]).rename(columns={"low": "ours_low", "high": "ours_high"}))
+
+
+def _print(claims: list[Claim], console: Console) -> None:
+    table = Table("", "found", "")
+    for claim in claims:
+        table.add_row(claim.text, claim.value, "yes" if claim.holds else "[bold]no[/bold]")
+    console.print(table)

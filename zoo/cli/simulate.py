@@ -15,7 +15,7 @@ from rich.table import Table
 
 from zoo.catalog import create, names
 from zoo.cli.effects import catalogue, chosen
-from zoo.cli.inputs import searchpath
+from zoo.cli.searchpath import searchpath
 from zoo.errors import InputError, nearest
 from zoo.models.prediction import usable_device
 from zoo.simulator.accelerometer.fleet import accelerometer_fleet
@@ -56,21 +56,29 @@ def run(config: DictConfig, out: Path) -> Path:
 
 
 def _simulated(config: DictConfig, out: Path, drawn: bool) -> None:
-    simulations, devices = _simulations(config), config.devices
+    devices_of, devices = simulations(config), config.devices
     if devices == 1:
-        simulation = next(simulations)
+        simulation = next(devices_of)
         quiet = len(simulation.runs) < MANY_RUNS
         write(simulation, out, track=iter if quiet else lambda runs: track(runs, description="writing"))
         _print(simulation, drawn and _draw(simulation, out))
     else:
-        for simulation in track(simulations, total=devices, description="devices"):
+        for simulation in track(devices_of, total=devices, description="devices"):
             folder = write(simulation, out / f"device_{simulation.seed:0{len(str(config.seed + devices - 1))}d}")
             if drawn:
                 _draw(simulation, folder)
         Console().print(f"{devices} {simulation.name} {simulation.kind}s, each with its truth.json", highlight=False)
 
 
-def _simulations(config: DictConfig) -> Iterator[Simulated]:
+def simulations(config: DictConfig) -> Iterator[Simulated]:
+    """Every device that a config asks for, recorded but not written.
+
+    Args:
+        config: as composed from conf/simulate.yaml.
+
+    Raises:
+        InputError: absurd input; names the key.
+    """
     device = create(config.gyro)
     settings = {key: _plain(config[key]) for key in (*Settings.__dataclass_fields__, "devices", "hidden", "parameters")}
     asked = {**settings, "noise": create(config.noise), "chamber": create(config.chamber)}

@@ -15,7 +15,8 @@ from rich.table import Table
 from zoo.artifacts import write_json
 from zoo.catalog import create, load, save_model
 from zoo.cli.effects import chosen
-from zoo.cli.inputs import read_data, searchpath
+from zoo.cli.inputs import read_data
+from zoo.cli.searchpath import searchpath
 from zoo.errors import InputError
 from zoo.measurements.run import Run
 from zoo.models.base import Model

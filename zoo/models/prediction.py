@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import torch
 from torch import Tensor
 
@@ -33,6 +35,21 @@ def predict_blocks(model: Model, run: Run) -> Tensor:
     device = next((tensor.device for tensor in [*model.parameters(), *model.buffers()]), torch.device("cpu"))
     with torch.no_grad():
         return run.block_mean(model(raw_columns(model, run).to(device)).cpu())
+
+
+def predict_blocks_of_each(models: Sequence[Model], run: Run) -> Tensor:
+    """(E, N) block means of what E models predict for a run [output's unit]; features that they share are computed once.
+
+    Args:
+        models: of one class and with the same settings, as trained from several seeds.
+        run: any.
+    """
+    first = models[0]
+    if not isinstance(first, FeatureModel):
+        return torch.stack([predict_blocks(model, run) for model in models])
+    with torch.no_grad():
+        features = first.features(raw_columns(first, run))
+        return torch.stack([run.block_mean(model.head(features)) for model in models if isinstance(model, FeatureModel)])
 
 
 def usable_device(name: str) -> torch.device:

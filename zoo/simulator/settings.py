@@ -13,7 +13,7 @@ from zoo.simulator.laboratory.earth import earth_rate
 from zoo.simulator.laboratory.program import Campaign
 
 MOST_RUNS = 1000
-MOST_ROWS = 1_000_000
+MOST_ROWS = 10_000_000
 PLACES = ("spool", "housing", "inner_layer", "outer_layer", "air")
 """Where a thermometer can sit."""
 

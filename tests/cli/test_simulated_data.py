@@ -1,0 +1,47 @@
+"""Data that a config asks the simulator for."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import pandas as pd
+import pytest
+
+from zoo.cli import run
+
+SHORT = ["data=simulated", "data.simulated.runs=1", "+data.simulated.profile=sine", "+data.simulated.sample_s=60", "data.files=[run_1.parquet]"]
+
+
+def train(tmp_path: Path, *more: str) -> dict[str, object]:
+    out = tmp_path / "out"
+    assert run("train", [*SHORT, "model=polynomial", f"data.folder={tmp_path / 'data'}", f"hydra.run.dir={out}", *more]) == 0
+    found: dict[str, object] = json.loads((out / "metrics.json").read_text())
+    return found
+
+
+def test_a_recording_is_made_once_and_another_seed_is_another(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    first = train(tmp_path)
+    assert "once, into" in capsys.readouterr().err
+    again = train(tmp_path)
+    assert "once, into" not in capsys.readouterr().err
+    assert again["rms"] == first["rms"]
+    other = train(tmp_path, "data.simulated.seed=2")
+    assert other["rms"] != first["rms"]
+    assert len(list((tmp_path / "data").iterdir())) == 2
+
+
+def test_beside_each_run_lies_what_a_gyro_without_noise_would_have_recorded(tmp_path: Path) -> None:
+    train(tmp_path)
+    (place,) = (tmp_path / "data").iterdir()
+    noisy, quiet = (pd.read_parquet(place / f"{name}run_1.parquet") for name in ("", "noiseless_"))
+    assert quiet.drop(columns="rate_dph").equals(noisy.drop(columns="rate_dph"))
+    noise = noisy.rate_dph - quiet.rate_dph
+    assert quiet.rate_dph.diff().diff().std() < 0.05 * noise.diff().diff().std()
+    assert noise.mean() == pytest.approx(0.0, abs=4 * noise.std() / len(noise) ** 0.5)
+
+
+def test_a_wrong_setting_of_the_simulation_is_told(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert run("train", [*SHORT, f"data.folder={tmp_path}", "+data.simulated.colour=red", f"hydra.run.dir={tmp_path / 'out'}"]) == 2
+    assert "colour" in capsys.readouterr().err
+    assert not list(tmp_path.glob("medium*"))

@@ -1,0 +1,117 @@
+"""Methods trained by a paper's protocol, and their figures beside the printed ones."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import asdict, dataclass
+from typing import Any
+
+import torch
+from torch import Tensor
+
+from zoo.measurements.run import Run
+
+BEFORE = "uncompensated"
+BAND = (0.05, 0.95)
+"""Share of the seeds below the ends of a band."""
+
+
+@dataclass(frozen=True)
+class Row:
+    """One number of a paper's table, and ours.
+
+    Attributes:
+        quantity: what it is, such as ``"bias stability"``.
+        unit: as usually written.
+        stage: part of the run; ``"whole"`` for all of it.
+        sample: which run.
+        model: which method; `BEFORE` for none.
+        paper: the printed value; None where the paper prints none.
+        ours: median over the seeds.
+        low: 5 % of the seeds are below.
+        high: 5 % are above.
+    """
+
+    quantity: str
+    unit: str
+    stage: str
+    sample: str
+    model: str
+    paper: float | None
+    ours: float
+    low: float
+    high: float
+
+    def record(self) -> dict[str, Any]:
+        """As a table takes it."""
+        return asdict(self)
+
+
+@dataclass(frozen=True)
+class Claim:
+    """A sentence of a paper, or one asked of the zoo, and whether it holds here.
+
+    Attributes:
+        text: the sentence, with its bound.
+        value: what was found, in words.
+        holds: whether it is so.
+    """
+
+    text: str
+    value: str
+    holds: bool
+
+
+@dataclass(frozen=True, eq=False)
+class Study:
+    """What every method leaves of every run.
+
+    Attributes:
+        runs: those that were fitted first.
+        fitted: how many of them were fitted.
+        left: by method, a tensor (E, N) a run: error less prediction in block means, of E seeds [output's unit].
+    """
+
+    runs: Sequence[Run]
+    fitted: int
+    left: Mapping[str, Sequence[Tensor]]
+
+    @classmethod
+    def of(cls, runs: Sequence[Run], fitted: int, predicted: Mapping[str, Sequence[Tensor]]) -> Study:
+        """From predictions (E, N) by method and run [output's unit]."""
+        errors = [run.block_mean(run.error) for run in runs]
+        left = {name: [error - one for error, one in zip(errors, each, strict=True)] for name, each in predicted.items()}
+        return cls(runs, fitted, {BEFORE: [error.unsqueeze(0) for error in errors], **left})
+
+    @property
+    def methods(self) -> list[str]:
+        """Their names, without `BEFORE`."""
+        return [name for name in self.left if name != BEFORE]
+
+
+Measure = Callable[[Tensor], Tensor]
+"""(E, N) residuals -> (E,) one figure a seed."""
+
+
+def row(values: Tensor, quantity: str, unit: str, stage: str, sample: str, model: str, paper: float | None) -> Row:
+    """Median and band of one figure (E,) over the seeds."""
+    low, high = torch.quantile(values, torch.tensor(BAND, dtype=values.dtype)).tolist()
+    return Row(quantity, unit, stage, sample, model, paper, float(values.quantile(0.5)), low, high)
+
+
+def spread(left: Tensor) -> Tensor:
+    """(E, N) -> (E,) sample standard deviation, what the papers call bias stability."""
+    return left.std(dim=-1)
+
+
+def removed(study: Study, model: str, samples: Sequence[int], measure: Measure = spread) -> Tensor:
+    """(E,) share by which a method lowers a figure, its mean over some runs."""
+    shares = [1.0 - measure(study.left[model][one]) / measure(study.left[BEFORE][one]) for one in samples]
+    return torch.stack([share.expand(max(len(part) for part in shares)) for share in shares]).mean(0)
+
+
+def in_words(values: Tensor, style: str = "{:.1%}") -> str:
+    """``64.2 % (60.1 % to 66.0 %)``: median and band."""
+    low, high = torch.quantile(values, torch.tensor(BAND, dtype=values.dtype)).tolist()
+    middle = style.format(float(values.quantile(0.5)))
+    return middle if len(values) == 1 else f"{middle} ({style.format(low)} to {style.format(high)})"
