@@ -37,7 +37,7 @@ def test_the_jacobian_is_that_of_finite_differences() -> None:
 
 
 def test_what_is_linear_is_solved_as_least_squares_solve_it(make_run) -> None:
-    run = make_run(noise=0.02, bend=0.1)
+    run = make_run(noise=0.02, bend=0.1, average_s=10.0)  # a block is a sample: both then have the same mean
     solved, descended = build("model", "polynomial", order=3), build("model", "polynomial", order=3)
     LeastSquares().fit(solved, [run], Generator().manual_seed(1))
     features = run.block_mean_columns(descended.features(run.select(descended.inputs)))

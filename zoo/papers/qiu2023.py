@@ -69,9 +69,7 @@ def claims(study: Study, floors: list[float]) -> list[Claim]:
         Claim("ACO-BP removes at least 75 % of it", in_words(share["ACO-BP"]), middle["ACO-BP"] >= 0.75),
         Claim("the polynomial removes less than BP", in_words(share["polynomial"]), middle["polynomial"] < middle["BP"]),
         Claim("ACO-BP leaves 20 to 40 % less than BP", in_words(gain), 0.2 <= float(gain.median()) <= 0.4),
-        Claim(
-            "the best method leaves at most 1.05 times the noise on samples 2 and 3", f"{best}: {over}", float(ratio.median()) <= 1.05
-        ),
+        Claim("the best method leaves at most 1.05 times the noise on samples 2 and 3", f"{best}: {over}", float(ratio.median()) <= 1.05),
     ]
 
 
