@@ -60,8 +60,8 @@ class PiecewisePolynomial(FeatureModel):
         super().__init__()
         if min(order, rate_order) < 1:
             raise InputError(f"model.order={order} model.rate_order={rate_order}: 1 or more is needed; leave a feature out of model.features instead")
-        if edges is None and segments < 1:
-            raise InputError(f"model.segments={segments}: at least 1 segment is needed")
+        if edges is None and (not isinstance(segments, int) or segments < 1):
+            raise InputError(f"model.segments={segments}: a whole number from 1 up is needed")
         self.extract = Features(features, smoothing_s)
         self.inputs = self.extract.inputs
         first, *rest = [rate_order if name.endswith(RATE) else order for name in features]
@@ -160,9 +160,9 @@ class PiecewisePolynomial(FeatureModel):
 
 
 def _checked(edges: list[float]) -> Tensor:
-    ascending = all(low < high for low, high in itertools.pairwise(edges))
-    if not ascending or not all(math.isfinite(edge) for edge in edges):
-        raise InputError(f"model.edges={list(edges)}: ascending numbers are needed, such as [0, 15, 30, 37]; null looks for model.segments of them")
+    numbers = isinstance(edges, list) and all(isinstance(edge, int | float) and math.isfinite(edge) for edge in edges)
+    if not numbers or not all(low < high for low, high in itertools.pairwise(edges)):
+        raise InputError(f"model.edges={edges}: ascending numbers are needed, such as [0, 15, 30, 37]; null finds those of model.segments")
     return torch.tensor(edges, dtype=torch.float64)
 
 
