@@ -40,7 +40,7 @@ class PiecewisePolynomial(FeatureModel):
         ends: (S + 1,) the same with the lowest and the highest value fitted.
         constant: (S,) c, or (1,) where continuous.
         own: (S, order) w.
-        shared: (S, sum of orders) r, or (1, …) where continuous.
+        rest: (S, sum of orders) r, or (1, …) where continuous.
     """
 
     fitted_by: ClassVar[str] = "least_squares"
@@ -75,7 +75,7 @@ class PiecewisePolynomial(FeatureModel):
         own = 1 if continuous else count
         self.constant = nn.Parameter(torch.zeros(own, dtype=torch.float64))
         self.own = nn.Parameter(torch.zeros(count, first, dtype=torch.float64))
-        self.shared = nn.Parameter(torch.zeros(own, sum(rest), dtype=torch.float64))
+        self.rest = nn.Parameter(torch.zeros(own, sum(rest), dtype=torch.float64))
 
     def features(self, x: Tensor) -> Tensor:
         """See `FeatureModel.features`."""
@@ -84,7 +84,7 @@ class PiecewisePolynomial(FeatureModel):
 
     def head(self, features: Tensor) -> Tensor:
         """See `FeatureModel.head`."""
-        others = powers(self.scaler(features)[..., 1:], self.orders) @ self.shared.T + self.constant
+        others = powers(self.scaler(features)[..., 1:], self.orders) @ self.rest.T + self.constant
         place = features[..., :1]
         if self.continuous:
             place = torch.clamp(place, self._below(), self._above())
@@ -151,7 +151,7 @@ class PiecewisePolynomial(FeatureModel):
         if self.continuous:  # the segments below stand at 1, those above at −1
             sign = (-1.0) ** torch.arange(1, self.order + 1).to(own)
             found["1"] += scale * float(own[:segment].sum() + (own[segment + 1 :] * sign).sum())
-        weights = (scale * self.shared[row].detach()).tolist()
+        weights = (scale * self.rest[row].detach()).tolist()
         for other, order, m, s in zip(others, self.orders, self.scaler.centre.tolist()[1:], self.scaler.scale.tolist()[1:], strict=True):
             part = expanded(other, weights[:order], m, s)
             weights = weights[order:]
