@@ -4,6 +4,7 @@ from typing import Any, ClassVar
 
 import torch
 from torch import Tensor
+from torch.jit import is_scripting  # type: ignore[attr-defined]
 
 from zoo.models.base import FeatureModel
 from zoo.models.features import Features
@@ -60,8 +61,8 @@ class LsSvm(FeatureModel):
 
     def _sums(self, points: Tensor, support: Tensor) -> Tensor:
         """(M,) Σ α_i k(x, x_i) for points (M, F) and support points (S, F) in widths."""
-        if not torch.jit.is_scripting():  # type: ignore[attr-defined]
-            if torch.compiler.is_compiling():  # noqa: SIM102 (TorchScript leaves out what stands below the first)
+        if not is_scripting():  # noqa: SIM102 (TorchScript leaves out what stands below this line, if it stands alone)
+            if torch.compiler.is_compiling():
                 return gaussians(points, support) @ self.weight  # an exported graph for any number of rows has no loop over them
         size = max(self.values_at_once // max(support.shape[0], 1), 1)
         return torch.cat([gaussians(part, support) @ self.weight for part in points.split(size)])

@@ -10,7 +10,7 @@ from torch import Generator, Tensor
 
 from zoo.errors import InputError
 from zoo.measurements.datamodule import RunsDataModule
-from zoo.measurements.run import PIECES, Run
+from zoo.measurements.run import Run
 from zoo.models.base import Model
 from zoo.models.ls_svm import VALUES_AT_ONCE, LsSvm, gaussians
 from zoo.models.prediction import block_features
@@ -18,7 +18,9 @@ from zoo.training.kernel_search import MOST, WIDTHS, Kernel, search
 from zoo.training.nystrom import landmarks, nystrom_solve
 from zoo.training.progress import progress
 
-FOLDS = ("auto", "sample", "block", "run")
+FOLDS = ("sample", "block", "run")
+BLOCK = 10
+"""Neighbours left out together under ``folds="block"``."""
 
 
 class DualSolve:
@@ -26,25 +28,24 @@ class DualSolve:
 
     γ and widths are those with which left-out samples are predicted best, on at most `tuned_on` samples; γ is a ratio of variances, so that it does
     not depend on how many samples there are. What is left out together matters: the neighbours of a block mean tell most of it, so that leaving
-    out one at a time asks for too rough a function.
+    out one at a time asks for too rough a function; who leaves out a whole run that alone was so cold asks for one that extrapolates.
 
     Attributes:
         kernel: what was chosen, after a fit.
     """
 
-    def __init__(self, folds: str = "auto", tuned_on: int = 1000, exact_to: int = 20_000, landmarks: int = 1000) -> None:
+    def __init__(self, folds: str = "block", tuned_on: int = 1000, exact_to: int = 20_000, landmarks: int = 1000) -> None:
         """Remember.
 
         Args:
-            folds: what is left out together: ``"sample"``, ``"block"`` (a tenth of a run), ``"run"``, or ``"auto"``: run where there are
-                several, else block.
+            folds: what is left out together: ``"sample"``, ``"block"`` (ten neighbours) or ``"run"`` (for runs that all cover the same range).
             tuned_on: samples at most that γ and widths are chosen on, evenly thinned.
             exact_to: samples up to which each is a support point.
             landmarks: support points where there are more.
         """
         if folds not in FOLDS:
             raise InputError(f"optimizer.folds={folds}: possible: {', '.join(FOLDS)}")
-        for name, value, least in (("tuned_on", tuned_on, 2 * PIECES), ("exact_to", exact_to, 1), ("landmarks", landmarks, 1)):
+        for name, value, least in (("tuned_on", tuned_on, 2 * BLOCK), ("exact_to", exact_to, 1), ("landmarks", landmarks, 1)):
             if isinstance(value, bool) or not isinstance(value, int) or value < least:
                 raise InputError(f"optimizer.{name}={value}: a whole number from {least} up is needed")
         self.folds, self.tuned_on, self.exact_to, self.landmarks = folds, tuned_on, exact_to, landmarks
@@ -136,11 +137,10 @@ def _every(points: Tensor, most: int) -> int:
 
 def _folds(kind: str, sizes: list[int]) -> Tensor | None:
     """(M,) number of each sample's fold for runs of these sizes; None where each sample is one."""
-    several = sum(size > 0 for size in sizes) > 1
-    kind = kind if kind != "auto" else "run" if several else "block"
     if kind == "sample":
         return None
-    if kind == "run" and not several:
+    if kind == "run" and sum(size > 0 for size in sizes) < 2:
         raise InputError("optimizer.folds=run: at least 2 runs are needed; possible: sample, block")
-    pieces = 1 if kind == "run" else PIECES
-    return torch.cat([run * pieces + (torch.arange(size) * pieces).div(size, rounding_mode="floor") for run, size in enumerate(sizes) if size])
+    starts = [sum(sizes[:run]) for run in range(len(sizes))]
+    length = max(sizes) if kind == "run" else BLOCK
+    return torch.cat([start + torch.arange(size) // length for start, size in zip(starts, sizes, strict=True)])

@@ -72,10 +72,8 @@ class Dual:
     def _fold_errors(self, index: Tensor) -> Tensor:
         """(m, G) errors of one fold (m,)."""
         (inverse, vectors), weight, ones = self._eigen, self.solution[0][index], self._ones[index]
-        own, found = vectors[index], []
-        for part in range(len(self.gamma)):
-            block = (own * inverse[:, part]) @ own.mT - torch.outer(ones[:, part], ones[:, part]) / self._ones[:, part].sum()
-            factor, failed = torch.linalg.cholesky_ex(block)
-            missed = torch.cholesky_solve(weight[:, part : part + 1], factor).squeeze(-1)
-            found.append(torch.full_like(missed, torch.inf) if int(failed) else missed)
-        return torch.stack(found, dim=-1)
+        own, total = vectors[index], self._ones.sum(0)
+        block = (own * inverse.mT.unsqueeze(1)) @ own.mT - ones.mT.unsqueeze(2) * ones.mT.unsqueeze(1) / total[:, None, None]
+        factor, failed = torch.linalg.cholesky_ex(block)
+        missed = torch.cholesky_solve(weight.mT.unsqueeze(-1), factor).squeeze(-1)
+        return torch.where(failed.unsqueeze(-1) > 0, torch.inf, missed).mT
