@@ -24,8 +24,6 @@ MOST = 40
 """Kernels that a refinement tries."""
 WORTH = 1e-3
 """Share by which a step must lower the mean square to be taken."""
-SLACK = 0.02
-"""Share of the mean square that a smaller γ may cost: where neighbours tell of what is left out, it is predicted best by too rough a function."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -35,7 +33,7 @@ class Kernel:
     Attributes:
         width: (F,) log2 σ [standard deviations].
         gamma: log2 γ.
-        loss: mean square of what is left out, at its lowest over γ.
+        loss: mean square by which what is left out is missed.
     """
 
     width: Tensor
@@ -83,6 +81,5 @@ def _refined(best: Kernel, tried: Callable[[Tensor, Tensor], Kernel]) -> tuple[T
 def _best_gamma(points: Tensor, target: Tensor, folds: Tensor | None, width: Tensor, gammas: Tensor) -> Kernel:
     scaled = points / 2.0**width
     losses = Dual(gaussians(scaled, scaled), target, 2.0**gammas).left_out_errors(folds).square().mean(0).nan_to_num(nan=torch.inf)
-    lowest = float(losses.min())
-    index = int(torch.nonzero(losses <= (1.0 + SLACK) * lowest)[0])
-    return Kernel(width, float(gammas[index]), lowest)
+    index = int(losses.argmin())
+    return Kernel(width, float(gammas[index]), float(losses[index]))
