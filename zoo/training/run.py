@@ -28,7 +28,7 @@ from zoo.training.module import MakeOptimizer
 from zoo.training.quiet import quiet_lightning
 from zoo.training.scores import score_runs
 from zoo.training.threads import threads_for
-from zoo.training.weights import RandomInit
+from zoo.training.weights import RandomInit, weight_vector
 
 EVENTS = "tensorboard"
 WIDTH = 32
@@ -125,6 +125,8 @@ def _check(model: Model, runs: Sequence[Run], optimizer: MakeOptimizer | Fitter,
     usable_device(device)
     if not hasattr(optimizer, "fit") and not isinstance(model, FeatureModel):
         raise InputError(f"{type(model).__name__} is no map of features and cannot be trained by gradient; leave optimizer=auto")
+    if not hasattr(optimizer, "fit"):
+        weight_vector(model)  # raises where there are none
 
 
 def _check_numbers(**given: Any) -> None:

@@ -10,6 +10,7 @@ from lightning.pytorch import Callback, LightningModule, Trainer
 from torch import Generator, Tensor, nn
 from torch.func import functional_call, jvp, vmap
 
+from zoo.errors import InputError
 from zoo.models.base import FeatureModel
 
 VALUES_AT_ONCE = 4_000_000
@@ -60,8 +61,15 @@ class _Head(nn.Module):
 
 
 def weight_vector(model: nn.Module) -> Tensor:
-    """(D,) all parameters of a model, one after the other."""
-    return torch.cat([parameter.detach().flatten() for parameter in model.parameters()])
+    """(D,) all parameters of a model, one after the other.
+
+    Raises:
+        InputError: it has none, as a model whose fit sets buffers.
+    """
+    weights = [parameter.detach().flatten() for parameter in model.parameters()]
+    if not weights:
+        raise InputError(f"{type(model).__name__} has no weights to train; leave optimizer=auto")
+    return torch.cat(weights)
 
 
 def set_weights(model: nn.Module, vector: Tensor) -> None:
