@@ -65,7 +65,7 @@ def left(model: torch.nn.Module, run: Run) -> float:
 
 @pytest.mark.slow
 @pytest.mark.parametrize("effect", list(PLANTED))
-@pytest.mark.parametrize("network", ["bp", "polynomial"])
+@pytest.mark.parametrize("network", ["bp", "polynomial", "takagi_sugeno"])
 def test_a_planted_effect_comes_back_and_the_check_run_is_noise(effect, network, tmp_path) -> None:
     truth, runs, check = planted(effect)
     settings = {"order": 5} if network == "polynomial" else {}

@@ -4,6 +4,7 @@ from typing import ClassVar
 
 import torch
 from torch import Generator, Tensor, nn
+from torch.nn.functional import softplus
 
 from zoo.errors import InputError
 from zoo.models.base import FeatureModel
@@ -20,13 +21,13 @@ REACH = 3**0.5
 class TakagiSugeno(FeatureModel):
     """y = Σ_j β_j(x)·(a_j0 + Σ_i a_ji·x_i),  β_j = μ_j / Σ_k μ_k,  μ_j = Π_i exp(−(x_i − c_ji)²/(2σ_ji²)).
 
-    Source: Takagi & Sugeno 1985 (IEEE Trans. SMC 15:116); with Gaussian memberships and 4 rules for a fibre-optic gyro in liu2010. The shares β are taken
-    from the logarithms of μ: far from all rules the least far one speaks, where the quotient itself would be 0/0.
+    Source: Takagi & Sugeno 1985 (IEEE Trans. SMC 15:116); with Gaussian memberships and 4 rules for a fibre-optic gyro in liu2010. The shares
+    β are taken from the logarithms of μ: far from all rules the least far one speaks, where the quotient itself would be 0/0.
 
     Attributes:
         fitted_by: the optimizer that `train` takes unless told otherwise.
         centre: (R, F) c of each rule, in standardised features.
-        log_width: (R, F) logarithm of σ − `NARROWEST`, standardised: no step of an optimizer makes a width zero or less.
+        free_width: (R, F) any number w; σ = `narrowest` + ln(1 + eʷ), standardised, so that no optimizer's step makes a width zero or infinite.
         consequent: (R, 1+F) a of each rule, constant first, standardised.
     """
 
@@ -40,7 +41,8 @@ class TakagiSugeno(FeatureModel):
         self.inputs = self.extract.inputs
         self.scaler = Scaler(len(features))
         self.centre = nn.Parameter(torch.zeros(rules, len(features), dtype=torch.float64))
-        self.log_width = nn.Parameter(torch.zeros(rules, len(features), dtype=torch.float64))
+        self.narrowest = NARROWEST
+        self.free_width = nn.Parameter(torch.zeros(rules, len(features), dtype=torch.float64))
         self.consequent = nn.Parameter(torch.zeros(rules, 1 + len(features), dtype=torch.float64))
 
     def features(self, x: Tensor) -> Tensor:
@@ -71,7 +73,7 @@ class TakagiSugeno(FeatureModel):
 
     def width(self) -> Tensor:
         """(R, F) σ of each rule and feature, standardised."""
-        return NARROWEST + self.log_width.exp()
+        return self.narrowest + softplus(self.free_width)
 
     @torch.jit.unused
     def set_antecedents(self, centre: Tensor, width: Tensor) -> None:
@@ -83,7 +85,8 @@ class TakagiSugeno(FeatureModel):
         """
         with torch.no_grad():
             self.centre.copy_(centre)
-            self.log_width.copy_((width.clamp_min(2 * NARROWEST) - NARROWEST).log())
+            above = width.clamp_min(2 * self.narrowest) - self.narrowest
+            self.free_width.copy_(above + torch.log(-torch.expm1(-above)))
 
     @torch.jit.unused
     def draw_weights(self, generator: Generator) -> None:
