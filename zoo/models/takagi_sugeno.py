@@ -119,7 +119,7 @@ class TakagiSugeno(FeatureModel):
             {
                 "centre": dict(zip(names, centre.tolist(), strict=True)),
                 "width": dict(zip(names, width.tolist(), strict=True)),
-                "consequent": {"1": float(constant)} | dict(zip(names, slope.tolist(), strict=True)),
+                "consequent": {"1": constant} | dict(zip(names, slope.tolist(), strict=True)),
             }
-            for centre, width, constant, slope in zip(centres, widths, constants, slopes, strict=True)
+            for centre, width, constant, slope in zip(centres, widths, constants.tolist(), slopes, strict=True)
         ]

@@ -88,7 +88,7 @@ def clustered_weights(model: Model, features: Tensor, error: Tensor, generator: 
     """
     if not isinstance(model, TakagiSugeno):
         raise InputError(
-            f"gustafson_kessel finds the rules of model=takagi_sugeno, not of {type(model).__name__}; possible there: init=random, init=pso"
+            f"gustafson_kessel sets the rules of model=takagi_sugeno; {type(model).__name__} has none: leave init=random, optimizer=auto"
         )
     rules = len(model.centre)
     if rules > len(error):
@@ -148,7 +148,7 @@ class GustafsonKessel:
             InputError: see `clustered_weights`.
         """
         if not isinstance(model, FeatureModel):
-            raise InputError(f"optimizer=gustafson_kessel fits model=takagi_sugeno, not {type(model).__name__}; leave optimizer=auto")
+            raise InputError(f"gustafson_kessel sets the rules of model=takagi_sugeno; {type(model).__name__} has none: leave optimizer=auto")
         features, error = RunsDataModule(runs, [], lambda run: block_features(model, run)).fitted
         model.standardise(features, error)
         clustered_weights(model, features, error, generator, self.settings)
