@@ -88,7 +88,7 @@ def clustered_weights(model: Model, features: Tensor, error: Tensor, generator: 
     """
     if not isinstance(model, TakagiSugeno):
         raise InputError(
-            f"gustafson_kessel sets the rules of model=takagi_sugeno; {type(model).__name__} has none: leave init=random, optimizer=auto"
+            f"gustafson_kessel sets the rules of model=takagi_sugeno; {type(model).__name__} has none: init=random, optimizer=auto"
         )
     rules = len(model.centre)
     if rules > len(error):
