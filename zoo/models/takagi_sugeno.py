@@ -90,7 +90,7 @@ class TakagiSugeno(FeatureModel):
 
     @torch.jit.unused
     def draw_weights(self, generator: Generator) -> None:
-        """Rules anywhere among the standardised features, as wide as R evenly spread ones would be apart; planes drawn as linear layers are.
+        """Rules anywhere among the standardised features, half as wide as R evenly spread ones are apart; planes drawn as linear layers are.
 
         Args:
             generator: source of chance.
@@ -99,7 +99,7 @@ class TakagiSugeno(FeatureModel):
         centre, consequent = (
             2 * torch.rand(one.shape, generator=generator, dtype=one.dtype, device=generator.device) - 1 for one in (self.centre, self.consequent)
         )
-        self.set_antecedents(REACH * centre, torch.full_like(self.centre, 2 * REACH / rules ** (1 / features)))
+        self.set_antecedents(REACH * centre, torch.full_like(self.centre, REACH / rules ** (1 / features)))
         with torch.no_grad():
             self.consequent.copy_(consequent / (1 + features) ** 0.5)
 

@@ -87,9 +87,7 @@ def clustered_weights(model: Model, features: Tensor, error: Tensor, generator: 
         InputError: the model is no `TakagiSugeno`, or has more rules than there are data.
     """
     if not isinstance(model, TakagiSugeno):
-        raise InputError(
-            f"gustafson_kessel sets the rules of model=takagi_sugeno; {type(model).__name__} has none: init=random, optimizer=auto"
-        )
+        raise InputError(f"gustafson_kessel sets the rules of model=takagi_sugeno; {type(model).__name__} has none: init=random, optimizer=auto")
     rules = len(model.centre)
     if rules > len(error):
         raise InputError(f"model.rules={rules}: the runs have {len(error)} block means; at most as many rules are possible")
