@@ -7,12 +7,15 @@ import torch
 from torch import Generator, Tensor
 
 from zoo.catalog import build
-from zoo.errors import InputError
+from zoo.errors import InputError, WorkError
 from zoo.measurements.run import Run
+from zoo.models.base import FeatureModel
 from zoo.models.graybox import GrayBox
 from zoo.models.hybrid import Hybrid
 from zoo.models.prediction import predict_blocks
+from zoo.training import alternating
 from zoo.training.alternating import Alternating
+from zoo.training.damped_steps import descend
 from zoo.training.least_squares import LeastSquares
 from zoo.training.run import train
 
@@ -65,10 +68,10 @@ def left(model: torch.nn.Module, run: Run) -> float:
 
 @pytest.mark.slow
 @pytest.mark.parametrize("effect", list(PLANTED))
-@pytest.mark.parametrize("network", ["bp", "polynomial"])
+@pytest.mark.parametrize("network", ["bp", "polynomial", "takagi_sugeno"])
 def test_a_planted_effect_comes_back_and_the_check_run_is_noise(effect, network, tmp_path) -> None:
     truth, runs, check = planted(effect)
-    settings = {"order": 5} if network == "polynomial" else {}
+    settings = {"polynomial": {"order": 5}, "takagi_sugeno": {"rules": 2}}.get(network, {})
     hybrid = Hybrid(build("model", network, **settings), {effect: build("effects", effect)}, list(COLUMNS))
     metrics = train(hybrid, runs, [check], optimizer=Alternating(), out=tmp_path)
     alone = build("model", "polynomial", order=5)
@@ -97,6 +100,74 @@ def test_it_goes_on_from_what_is_there_unless_told_to_draw() -> None:
         shape: Tensor = dict(hybrid.physics.named_effects())["hysteresis"].shape_value
         assert float(shape.detach()[0]) == pytest.approx(6.0, rel=0.1)
     assert torch.equal(*ends)
+
+
+def settled_then(monkeypatch, event: str) -> tuple[list[Tensor], Hybrid]:
+    """All weights as they were after each of three rounds, of which something goes wrong in the third, and the hybrid at the end."""
+    _, runs, _ = planted("hysteresis")
+    hybrid = Hybrid(build("model", "polynomial", order=5), {"hysteresis": build("effects", "hysteresis")}, list(COLUMNS))
+    rounds: list[Tensor] = []
+
+    def watched(model, features, target, weigh, steps) -> float:
+        """χ² as it is; the first turn, before all rounds, counts as none, and χ² after the first round is made to look worse than it is."""
+        left = descend(model, features, target, weigh, steps)
+        rounds.append(torch.cat([one.detach().flatten() for one in hybrid.parameters()]))
+        if len(rounds) == 4:
+            if event == "breaks down":
+                raise torch.linalg.LinAlgError("singular")
+            with torch.no_grad():
+                model.weight += 1.0 if event == "is worse" else torch.nan
+            return float(weigh((target - model.head(features).detach()).unsqueeze(1)).square().sum())
+        return left * (2.0 if len(rounds) == 2 else 1.0)
+
+    monkeypatch.setattr(alternating, "descend", watched)
+    optimizer = Alternating()
+    optimizer.fit(hybrid, runs, Generator().manual_seed(1))
+    assert optimizer.solution is not None
+    assert optimizer.physical("dph")["hysteresis"]["width"]["value"] == pytest.approx(
+        float(dict(hybrid.physics.named_effects())["hysteresis"].shape_value.detach()[0]), rel=1e-9
+    )
+    return rounds[1:], hybrid
+
+
+@pytest.mark.parametrize("event", ["is worse", "diverges", "breaks down"])
+def test_the_best_round_is_kept_where_a_later_one(monkeypatch, event) -> None:
+    rounds, hybrid = settled_then(monkeypatch, event)
+    kept = torch.cat([one.detach().flatten() for one in hybrid.parameters()])
+    assert len(rounds) == 3
+    assert torch.equal(kept, rounds[1])
+
+
+def test_a_network_that_diverges_at_once_fails(monkeypatch) -> None:
+    _, runs, _ = planted("hysteresis")
+    hybrid = Hybrid(build("model", "bp"), {"hysteresis": build("effects", "hysteresis")}, list(COLUMNS))
+    monkeypatch.setattr(alternating, "descend", lambda *given: float("nan"))
+    with pytest.raises(WorkError, match="training diverged: the network BP leaves"):
+        Alternating().fit(hybrid, runs, Generator().manual_seed(1))
+
+
+class Table(FeatureModel):
+    """Knows its training data by heart: nothing in it is a weight."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.inputs = ["time_s", "temperature_c"]
+        self.register_buffer("kept", torch.zeros(3, dtype=torch.float64))
+
+    def features(self, x: Tensor) -> Tensor:
+        return x[:, 1:]
+
+    def head(self, features: Tensor) -> Tensor:
+        return 0 * features[..., 0]
+
+    def standardise(self, features: Tensor, error: Tensor) -> None: ...
+
+
+def test_a_network_without_weights_is_refused_before_any_work() -> None:
+    _, runs, _ = planted("hysteresis")
+    hybrid = Hybrid(Table(), {"hysteresis": build("effects", "hysteresis")}, list(COLUMNS))
+    with pytest.raises(InputError, match=r"model\.network: Table has no weights to train .*; possible: .*bp, polynomial or takagi_sugeno"):
+        Alternating().fit(hybrid, runs, Generator())
 
 
 def test_what_it_cannot_fit_is_named() -> None:

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import copy
 import math
 from collections.abc import Sequence
+from dataclasses import dataclass, field
 from typing import Any
 
 import torch
@@ -27,6 +29,7 @@ from zoo.training.weights import reset
 
 SETTLED = 1e-4
 """Share of χ² by which a round must lower it to be followed by another."""
+POSSIBLE = "networks with weights, such as bp, polynomial or takagi_sugeno"
 
 
 Solution = tuple[GrayBox, Fit]
@@ -81,13 +84,24 @@ class Alternating:
         return self._alternate(task)
 
     def _alternate(self, task: _Task) -> int:
-        start, turns = None if self.draw else task.model.physics.theta(), 0
-        left, before = float("inf"), float("inf")
-        while turns < self.rounds and (turns < 2 or left < (1.0 - SETTLED) * before):
-            self.solution, theirs = task.fit_effects(start)
-            start, before = self.solution[1].theta, left
-            left = task.train_network(task.error - theirs, self.steps)
-            turns += 1
+        """Turns until a round no longer matters; the round that left least stays, where a later one is worse or breaks down."""
+        start, turns, best = None if self.draw else task.model.physics.theta(), 0, _Best()
+        while turns < self.rounds:
+            try:
+                solution, theirs = task.fit_effects(start)
+                left = task.train_network(task.error - theirs, self.steps)
+            except (WorkError, torch.linalg.LinAlgError) as error:  # type: ignore[attr-defined]
+                if best.solution is None:
+                    raise WorkError(f"training diverged: {type(task.network).__name__} beside effects ({error})") from error
+                break
+            start, turns = solution[1].theta, turns + 1
+            goes_on = turns < 2 or left < (1.0 - SETTLED) * best.left
+            if left < best.left:
+                best = _Best(left, solution, copy.deepcopy(task.model.state_dict()))
+            if not goes_on:
+                break
+        task.model.load_state_dict(best.weights)
+        self.solution = best.solution
         return turns
 
     def physical(self, unit: str) -> dict[str, Any]:
@@ -101,12 +115,29 @@ class Alternating:
         return {owner: values for owner, values in parameters_of(*self.solution, unit).items() if owner != Trained.name}
 
 
+@dataclass(frozen=True)
+class _Best:
+    """The round that has left least.
+
+    Attributes:
+        left: χ² at its end.
+        solution: its turn of the effects.
+        weights: the hybrid's state at its end.
+    """
+
+    left: float = math.inf
+    solution: Solution | None = None
+    weights: dict[str, Tensor] = field(default_factory=dict)
+
+
 class _Task:
     """A hybrid and the runs it is fitted to."""
 
     def __init__(self, model: Hybrid, runs: list[Run]) -> None:
         if not isinstance(model.network, FeatureModel):
-            raise InputError(f"model.network: {type(model.network).__name__} is no map of features; possible: bp, polynomial")
+            raise InputError(f"model.network: {type(model.network).__name__} is no map of features; possible: {POSSIBLE}")
+        if not any(parameter.numel() for parameter in model.network.parameters()):
+            raise InputError(f"model.network: {type(model.network).__name__} has no weights to train beside effects; possible: {POSSIBLE}")
         self.model, self.network, self.runs = model, model.network, runs
         self.whitener = Whitener(noise_of(runs), blocks_of(runs))
         self.features = torch.cat([block_features(self.network, run) for run in runs])

@@ -1,0 +1,174 @@
+"""The fit of Takagi–Sugeno models in liu2010: fuzzy clusters become rules, and recursive least squares finds their planes."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import torch
+from lightning.pytorch import Callback, LightningModule, Trainer
+from torch import Generator, Tensor
+
+from zoo.errors import InputError
+from zoo.measurements.datamodule import RunsDataModule
+from zoo.measurements.run import Run
+from zoo.models.base import FeatureModel, Model
+from zoo.models.prediction import block_features
+from zoo.models.takagi_sugeno import TakagiSugeno
+from zoo.training.fuzzy_clusters import best_clusters
+from zoo.training.module import Training
+from zoo.training.recursive_least_squares import Information, recursive_least_squares
+
+OVERLAPS = tuple(2 ** (k / 2) for k in range(7))
+"""Planes that bend into each other over a wider stretch follow a curve more closely than those that clusters as they stand keep apart."""
+BOUNDS = (
+    ("fuzziness", 1.0, math.inf),
+    ("tolerance", 0.0, 1.0),
+    ("regularisation", 0.0, 1.0),
+    ("alpha", 0.0, math.inf),
+    ("overlap", 0.0, math.inf),
+)
+"""Settings, and what they must lie between."""
+
+
+@dataclass(frozen=True)
+class Clustering:
+    """The numbers that steer the fit.
+
+    Attributes:
+        restarts: random partitions that clusters are searched from; the lowest objective is taken.
+        fuzziness: m (liu2010: 2).
+        tolerance: ends where no membership changes by more (liu2010: 1e-4).
+        iterations: most of them.
+        regularisation: γ, see `zoo.training.fuzzy_clusters.gustafson_kessel` (engineering prior: a cluster at most a thousand times as long as flat).
+        alpha: P0 = αI of the recursive least squares (liu2010: above 300).
+        overlap: widths over the clusters' standard deviations; None for whichever of `OVERLAPS` leaves least (liu2010 names none, which is 1).
+    """
+
+    restarts: int = 10
+    fuzziness: float = 2.0
+    tolerance: float = 1e-4
+    iterations: int = 300
+    regularisation: float = 1e-6
+    alpha: float = 1e6
+    overlap: float | None = None
+
+    def check(self, group: str) -> None:
+        """Raises InputError for a number that cannot be; `group` is where the user gave it, ``"optimizer"`` or ``"init"``."""
+        for name in ("restarts", "iterations"):
+            value = getattr(self, name)
+            if isinstance(value, bool) or not isinstance(value, int) or value < 1:
+                raise InputError(f"{group}.{name}={value}: a whole number from 1 up is needed")
+        for name, low, high in BOUNDS:
+            value = getattr(self, name)
+            if name == "overlap" and value is None:
+                continue
+            if isinstance(value, bool) or not isinstance(value, int | float) or not low < value < high:
+                above = f"above {low:g}" if high == math.inf else f"between {low:g} and {high:g}"
+                raise InputError(f"{group}.{name}={value}: a number {above} is needed")
+
+
+def clustered_weights(model: Model, features: Tensor, error: Tensor, generator: Generator, settings: Clustering = Clustering()) -> None:
+    """Set all weights of a Takagi–Sugeno model from its training data.
+
+    Clusters are searched in the space of standardised features and error. A cluster's centre, and the roots of its points' fuzzy variances around it,
+    Σ u·(x − c)²/Σ u, become a rule's c and σ; all planes together are one linear problem.
+
+    Args:
+        model: changed in place; standardised on these data.
+        features: (M, F).
+        error: (M,) [output's unit].
+        generator: source of chance.
+        settings: see `Clustering`.
+
+    Raises:
+        InputError: the model is no `TakagiSugeno`, or has more rules than there are data.
+    """
+    if not isinstance(model, TakagiSugeno):
+        raise InputError(f"gustafson_kessel sets the rules of model=takagi_sugeno; {type(model).__name__} has none: init=random, optimizer=auto")
+    rules = len(model.centre)
+    if rules > len(error):
+        raise InputError(f"model.rules={rules}: the runs have {len(error)} block means; at most as many rules are possible")
+    scaler = model.scaler
+    target = (error - scaler.error_centre) / scaler.error_scale
+    points = torch.cat([scaler(features), target.unsqueeze(-1)], dim=-1)
+    found = best_clusters(
+        points,
+        rules,
+        settings.restarts,
+        generator,
+        fuzziness=settings.fuzziness,
+        tolerance=settings.tolerance,
+        iterations=settings.iterations,
+        regularisation=settings.regularisation,
+    )
+    centre, share = found.centre[:, :-1], found.membership / found.membership.sum(dim=0)
+    width = (share.T.unsqueeze(-1) * (points[:, :-1] - centre.unsqueeze(1)).square()).sum(dim=1).sqrt()
+    _fit_planes(model, features, target, centre, width, settings)
+
+
+def _fit_planes(model: TakagiSugeno, features: Tensor, target: Tensor, centre: Tensor, width: Tensor, settings: Clustering) -> None:
+    """Rules at (R, F) centres with (R, F) widths times the best overlap, and the planes that follow (M,) standardised errors."""
+
+    def solved(overlap: float) -> Information:
+        model.set_antecedents(centre, overlap * width)
+        return recursive_least_squares(model.columns(features).detach(), target, settings.alpha)
+
+    overlaps = OVERLAPS if settings.overlap is None else (settings.overlap,)
+    best = min(overlaps, key=lambda overlap: solved(overlap).cost)
+    with torch.no_grad():
+        model.consequent.copy_(solved(best).estimate.view_as(model.consequent))
+
+
+class GustafsonKessel:
+    """Optimizer of Takagi–Sugeno models."""
+
+    def __init__(self, **settings: Any) -> None:
+        """Remember.
+
+        Args:
+            **settings: see `Clustering`.
+        """
+        self.settings = Clustering(**settings)
+        self.settings.check("optimizer")
+
+    def fit(self, model: Model, runs: Sequence[Run], generator: Generator) -> None:
+        """Fit in place.
+
+        Args:
+            model: a `TakagiSugeno`.
+            runs: fitted.
+            generator: source of chance of the partitions.
+
+        Raises:
+            InputError: see `clustered_weights`.
+        """
+        if not isinstance(model, FeatureModel):
+            raise InputError(f"gustafson_kessel sets the rules of model=takagi_sugeno; {type(model).__name__} has none: leave optimizer=auto")
+        features, error = RunsDataModule(runs, [], lambda run: block_features(model, run)).fitted
+        model.standardise(features, error)
+        clustered_weights(model, features, error, generator, self.settings)
+
+
+class ClusteredInit(Callback):
+    """Starts a training by gradient from where the fit of liu2010 ends."""
+
+    def __init__(self, seed: int = 1, **settings: Any) -> None:
+        """Remember.
+
+        Args:
+            seed: of the partitions.
+            **settings: see `Clustering`.
+        """
+        self.seed, self.settings = seed, Clustering(**settings)
+        self.settings.check("init")
+        self.evaluations = 0
+
+    def on_train_start(self, trainer: Trainer, pl_module: LightningModule) -> None:
+        """Fit; not where a checkpoint has already brought the weights back."""
+        if trainer.global_step == 0:
+            assert isinstance(pl_module, Training)
+            features, error = trainer.datamodule.fitted  # type: ignore[attr-defined]
+            clustered_weights(pl_module.model, features, error, torch.Generator().manual_seed(self.seed), self.settings)
