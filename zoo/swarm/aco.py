@@ -4,8 +4,8 @@ An archive keeps the k best solutions found, s_1 the best. Each ant picks one of
 
     ω_l = exp(−(l − 1)² / (2 q² k²)) / (q k √(2π)),    x_i ~ N(s_l,i, σ_i),    σ_i = ξ · Σ_e |s_e,i − s_l,i| / (k − 1)
 
-Source: Socha & Dorigo 2008, doi 10.1016/j.ejor.2006.06.046, eqs. (2), (3) and (6). Their rotation of the axes is left out. Until k costs are told the ants
-are placed at random. All functions work on any number of leading axes: several colonies at once.
+Source: Socha & Dorigo 2008, doi 10.1016/j.ejor.2006.06.046, without their rotation of the axes. Until k costs are told the ants are placed at random.
+All functions work on any number of leading axes: several colonies at once.
 """
 
 from __future__ import annotations

@@ -11,6 +11,7 @@ from torch import Generator, Tensor, nn
 from torch.func import functional_call, jvp, vmap
 
 from zoo.models.base import FeatureModel
+from zoo.training.population import Population
 
 VALUES_AT_ONCE = 4_000_000
 
@@ -83,8 +84,7 @@ def population_outputs(model: FeatureModel, weights: Tensor, features: Tensor) -
     Returns:
         (P, M) predicted errors [output's unit].
     """
-    with torch.no_grad():
-        return vmap(_outputs_of(model, features), chunk_size=_at_once(features))(weights)
+    return Population(model, features).outputs(weights)
 
 
 def weight_jacobian(model: FeatureModel, features: Tensor) -> Tensor:
