@@ -10,6 +10,7 @@ from typing import Any
 import torch
 from torch import Tensor, nn
 from torch.func import vmap
+from torch.jit._trace import TracerWarning
 from torch.overrides import TorchFunctionMode
 
 from zoo.models.base import FeatureModel
@@ -53,7 +54,7 @@ class Population:
         self.model, self.features = model, features
         self.shapes = {id(parameter): (parameter.shape, parameter.numel()) for parameter in model.parameters()}
         self.places = [(module, name, value) for module in model.modules() for name, value in module._parameters.items() if value is not None]
-        self.traced: dict[tuple[torch.Size, torch.Size], Pass] = {}
+        self.passes: dict[tuple[torch.Size, torch.Size], Pass | None] = {}
 
     def outputs(self, weights: Tensor) -> Tensor:
         """(P, D) weights, ordered as `zoo.training.weights.weight_vector` does, -> (P, M) predicted errors [output's unit]."""
@@ -78,16 +79,19 @@ class Population:
     def _pass(self, weights: Tensor, features: Tensor) -> Tensor:
         """(p, D) weights and (m, F) features -> (p, m)."""
         shapes = weights.shape, features.shape
-        if shapes not in self.traced:
-            self.traced[shapes] = self._trace(weights, features)
-        return self.traced[shapes](weights, features)
+        if shapes not in self.passes:
+            self.passes[shapes] = None  # What comes only once is not worth a trace.
+            return self._batched(weights, features)
+        once = self.passes[shapes] or self._trace(weights, features)
+        self.passes[shapes] = once
+        return once(weights, features)
 
     def _trace(self, weights: Tensor, features: Tensor) -> Pass:
         """The batched pass without Python and vmap in it: these take longer than the arithmetic of a small swarm."""
         with warnings.catch_warnings():
             # Said of every trace: that TorchScript is deprecated, and that the batch size, which is part of the key, is taken for constant.
             warnings.simplefilter("ignore", category=DeprecationWarning)
-            warnings.simplefilter("ignore", category=torch.jit.TracerWarning)
+            warnings.simplefilter("ignore", category=TracerWarning)
             try:
                 traced: Pass = torch.jit.trace(self._batched, (weights, features), check_trace=False)
             except RuntimeError:
@@ -105,7 +109,7 @@ class Population:
         lent = {key: piece.view(shape) for (key, (shape, _)), piece in zip(self.shapes.items(), pieces, strict=True)}
         try:
             for module, name, own in self.places:
-                module._parameters[name] = lent[id(own)]  # type: ignore[assignment]
+                module._parameters[name] = lent[id(own)]
             return self.model.head(features)
         finally:
             for module, name, own in self.places:
