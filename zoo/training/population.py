@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import warnings
 from collections.abc import Callable
 from contextlib import nullcontext
 from typing import Any
@@ -10,15 +9,13 @@ from typing import Any
 import torch
 from torch import Tensor, nn
 from torch.func import vmap
-from torch.jit._trace import TracerWarning
 from torch.overrides import TorchFunctionMode
 
 from zoo.models.base import FeatureModel
+from zoo.training.tape import Tape
 
 AT_ONCE = {"cpu": (16, 2048), "cuda": (256, 16_384)}
 """Particles and samples in one pass: what passes between a small net's layers then stays in a core's cache; a GPU wants to be filled instead."""
-
-Pass = Callable[[Tensor, Tensor], Tensor]
 
 
 class _Faster(TorchFunctionMode):
@@ -41,7 +38,7 @@ class _Faster(TorchFunctionMode):
 class Population:
     """A model's structure and buffers, to be evaluated with many weights.
 
-    The pass is traced for the shapes that come, so a model whose buffers change afterwards needs a new population.
+    What does not depend on the weights is computed once: a model whose buffers change afterwards needs a new population.
     """
 
     def __init__(self, model: FeatureModel, features: Tensor) -> None:
@@ -51,10 +48,12 @@ class Population:
             model: lends its structure and its buffers.
             features: (M, F), for which `FeatureModel.head` gives one output a row.
         """
-        self.model, self.features = model, features
+        self.model = model
+        particles, samples = AT_ONCE["cuda" if features.is_cuda else "cpu"]
+        self.parts, self.rows = features.split(_even(len(features), samples)), particles * samples
         self.shapes = {id(parameter): (parameter.shape, parameter.numel()) for parameter in model.parameters()}
         self.places = [(module, name, value) for module in model.modules() for name, value in module._parameters.items() if value is not None]
-        self.passes: dict[tuple[torch.Size, torch.Size], Pass | None] = {}
+        self.passes: dict[tuple[int, int], Tape | None] = {}
 
     def outputs(self, weights: Tensor) -> Tensor:
         """(P, D) weights, ordered as `zoo.training.weights.weight_vector` does, -> (P, M) predicted errors [output's unit]."""
@@ -70,37 +69,23 @@ class Population:
         Returns:
             (P, ...).
         """
-        at_once, samples_at_once = AT_ONCE["cuda" if weights.is_cuda else "cpu"]
         with torch.no_grad():
-            samples = self.features.split(_even(len(self.features), samples_at_once))
-            particles = weights.split(_even(len(weights), max(at_once * samples_at_once // len(samples[0]), 1)))
-            return torch.cat([cost(torch.cat([self._pass(some, part) for part in samples], dim=-1)) for some in particles])
+            some = weights.split(_even(len(weights), max(self.rows // len(self.parts[0]), 1)))
+            return torch.cat([cost(torch.cat([self._pass(few, part) for part in range(len(self.parts))], dim=-1)) for few in some])
 
-    def _pass(self, weights: Tensor, features: Tensor) -> Tensor:
-        """(p, D) weights and (m, F) features -> (p, m)."""
-        shapes = weights.shape, features.shape
-        if shapes not in self.passes:
-            self.passes[shapes] = None  # What comes only once is not worth a trace.
-            return self._batched(weights, features)
-        once = self.passes[shapes] or self._trace(weights, features)
-        self.passes[shapes] = once
-        return once(weights, features)
+    def _pass(self, weights: Tensor, part: int) -> Tensor:
+        """(p, D) weights -> (p, m) outputs for one part of the samples."""
+        key = len(weights), part
+        if key not in self.passes:
+            self.passes[key] = None  # What comes only once is not worth recording.
+            return self._batched(weights, part)
+        tape = self.passes[key] or Tape(lambda some: self._batched(some, part), weights)
+        self.passes[key] = tape
+        return tape(weights)
 
-    def _trace(self, weights: Tensor, features: Tensor) -> Pass:
-        """The batched pass without Python and vmap in it: these take longer than the arithmetic of a small swarm."""
-        with warnings.catch_warnings():
-            # Said of every trace: that TorchScript is deprecated, and that the batch size, which is part of the key, is taken for constant.
-            warnings.simplefilter("ignore", category=DeprecationWarning)
-            warnings.simplefilter("ignore", category=TracerWarning)
-            try:
-                traced: Pass = torch.jit.trace(self._batched, (weights, features), check_trace=False)
-            except RuntimeError:
-                return self._batched  # Slower, and says itself what is wrong where it is not the trace.
-        return traced
-
-    def _batched(self, weights: Tensor, features: Tensor) -> Tensor:
+    def _batched(self, weights: Tensor, part: int) -> Tensor:
         with nullcontext() if weights.is_cuda else _Faster():
-            outputs: Tensor = vmap(self._single, in_dims=(0, None))(weights, features)
+            outputs: Tensor = vmap(self._single, in_dims=(0, None))(weights, self.parts[part])
         return outputs
 
     def _single(self, weights: Tensor, features: Tensor) -> Tensor:
