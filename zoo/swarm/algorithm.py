@@ -27,7 +27,7 @@ class SwarmAlgorithm(Protocol):
     """A module such as `zoo.swarm.pso`; pure functions that know nothing of what the positions mean."""
 
     def init(self, low: Tensor, high: Tensor, particles: int, generator: Generator, **settings: Any) -> Any:
-        """Place the swarm in the box (..., D) and return its state."""
+        """Place the swarm in the box (..., D) and return its state. The setting `steps` says how often it will be told, for schedules."""
 
     def ask(self, state: Any) -> Tensor:
         """(..., P, D) positions whose cost is wanted."""

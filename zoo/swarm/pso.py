@@ -8,10 +8,13 @@ The inertia w falls linearly over `steps` (Shi & Eberhart 1998); c1 = c2 = 1.494
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import torch
 from torch import Generator, Tensor
+
+from zoo.swarm.box import best_of, comparable, place, reflected, uniform
+from zoo.swarm.settings import chosen, within
 
 
 @dataclass(frozen=True)
@@ -35,6 +38,11 @@ class Settings:
     pull_leader: float = 1.49445
     velocity: float = 0.15
     constriction: float = 1.0
+
+    def __post_init__(self) -> None:
+        """Refuse what makes no swarm."""
+        within(self, "steps", 1)
+        within(self, "velocity", 1e-6, 1)
 
 
 class PSOState(NamedTuple):
@@ -67,7 +75,7 @@ class PSOState(NamedTuple):
     settings: Settings
 
 
-def init(low: Tensor, high: Tensor, particles: int, generator: Generator, **settings: float) -> PSOState:
+def init(low: Tensor, high: Tensor, particles: int, generator: Generator, **settings: Any) -> PSOState:
     """Place a swarm at random in a box.
 
     Args:
@@ -78,19 +86,13 @@ def init(low: Tensor, high: Tensor, particles: int, generator: Generator, **sett
         **settings: see `Settings`.
 
     Raises:
-        ValueError: an empty swarm or box.
+        InputError: an empty swarm or box, or settings that make no sense.
     """
-    if particles < 1:
-        raise ValueError(f"particles={particles}: a swarm needs at least 1")
-    if not bool((high > low).all()):
-        raise ValueError("a swarm's box needs high > low in every dimension")
-    chosen = Settings(**settings)  # type: ignore[arg-type]
-    width = (high - low).unsqueeze(-2)
-    shape = (*low.shape[:-1], particles, low.shape[-1])
-    position = low.unsqueeze(-2) + width * _uniform(shape, low, generator)
-    speed = chosen.velocity * width * (2 * _uniform(shape, low, generator) - 1)
-    infinite = low.new_full(shape[:-1], torch.inf)
-    return PSOState(low, high, position, speed, position, infinite, position[..., 0, :], infinite[..., 0], 0, 0, chosen)
+    s = chosen(Settings, settings)
+    position = place(low, high, particles, generator)
+    speed = s.velocity * (high - low).unsqueeze(-2) * (2 * uniform(position.shape, low, generator) - 1)
+    infinite = low.new_full(position.shape[:-1], torch.inf)
+    return PSOState(low, high, position, speed, position, infinite, position[..., 0, :], infinite[..., 0], 0, 0, s)
 
 
 def ask(state: PSOState) -> Tensor:
@@ -106,34 +108,25 @@ def tell(state: PSOState, cost: Tensor, generator: Generator) -> PSOState:
         cost: (..., P); NaN counts as infinitely bad.
         generator: source of chance.
     """
-    cost = torch.nan_to_num(cost.detach().to(state.own_cost), nan=torch.inf, posinf=torch.inf, neginf=-torch.inf)
+    cost = comparable(cost, state.own_cost)
     better = cost < state.own_cost
     own = torch.where(better.unsqueeze(-1), state.position, state.own)
     own_cost = torch.where(better, cost, state.own_cost)
-    leader_cost, which = own_cost.min(dim=-1)
-    leader = own.gather(-2, which[..., None, None].expand(*which.shape, 1, own.shape[-1])).squeeze(-2)
-    position, speed = _move(state, own, leader, generator)
+    leader, leader_cost = best_of(own, own_cost)
+    position, speed = _moved(state, own, leader, generator)
     best = state._replace(own=own, own_cost=own_cost, leader=leader, leader_cost=leader_cost)
     return best._replace(position=position, speed=speed, step=state.step + 1, evaluations=state.evaluations + cost.shape[-1])
 
 
-def _move(state: PSOState, own: Tensor, leader: Tensor, generator: Generator) -> tuple[Tensor, Tensor]:
+def _moved(state: PSOState, own: Tensor, leader: Tensor, generator: Generator) -> tuple[Tensor, Tensor]:
     s, x = state.settings, state.position
-    low, high = state.low.unsqueeze(-2), state.high.unsqueeze(-2)
-    inertia = s.inertia_start + (s.inertia_end - s.inertia_start) * min(state.step / max(s.steps, 1), 1.0)
-    own_pull = s.pull_own * _uniform(x.shape, x, generator) * (own - x)
-    leader_pull = s.pull_leader * _uniform(x.shape, x, generator) * (leader.unsqueeze(-2) - x)
-    speed = s.constriction * (inertia * state.speed + own_pull + leader_pull)
+    inertia = s.inertia_start + (s.inertia_end - s.inertia_start) * min(state.step / s.steps, 1.0)
+    speed = state.speed * (s.constriction * inertia)
+    speed.addcmul_(uniform(x.shape, x, generator), own - x, value=s.constriction * s.pull_own)
+    speed.addcmul_(uniform(x.shape, x, generator), leader.unsqueeze(-2) - x, value=s.constriction * s.pull_leader)
     # Limited by the box's width: limits taken from its bounds would forbid a box of positive bounds any negative speed.
-    limit = s.velocity * (high - low)
-    speed = torch.maximum(torch.minimum(speed, limit), -limit)
+    limit = s.velocity * (state.high - state.low).unsqueeze(-2)
+    speed.clamp_(-limit, limit)
     moved = x + speed
-    # Walls reflect. Particles clamped to a wall make it a leader and all own bests, and with no speed left they never leave it.
-    inside = torch.where(moved > high, 2 * high - moved, torch.where(moved < low, 2 * low - moved, moved))
-    position = torch.maximum(torch.minimum(inside, high), low)
-    return position, torch.where(moved == inside, speed, -0.5 * speed)
-
-
-def _uniform(shape: tuple[int, ...] | torch.Size, like: Tensor, generator: Generator) -> Tensor:
-    # Drawn on the generator's device, so that a CPU generator gives a CUDA swarm the same path.
-    return torch.rand(shape, generator=generator, dtype=like.dtype, device=generator.device).to(like.device)
+    position = reflected(moved, state.low, state.high)
+    return position, torch.where(moved == position, speed, -0.5 * speed)

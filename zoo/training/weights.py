@@ -12,6 +12,7 @@ from torch.func import functional_call, jvp, vmap
 
 from zoo.errors import InputError
 from zoo.models.base import FeatureModel
+from zoo.training.population import Population
 
 VALUES_AT_ONCE = 4_000_000
 
@@ -91,8 +92,7 @@ def population_outputs(model: FeatureModel, weights: Tensor, features: Tensor) -
     Returns:
         (P, M) predicted errors [output's unit].
     """
-    with torch.no_grad():
-        return vmap(_outputs_of(model, features), chunk_size=_at_once(features))(weights)
+    return Population(model, features).outputs(weights)
 
 
 def weight_jacobian(model: FeatureModel, features: Tensor) -> Tensor:

@@ -1,0 +1,64 @@
+"""What every swarm does with its box (..., D): draws in it, walls that reflect, costs that can be compared, the best of many."""
+
+from __future__ import annotations
+
+import torch
+from torch import Generator, Tensor
+
+from zoo.errors import InputError
+
+
+def place(low: Tensor, high: Tensor, particles: int, generator: Generator) -> Tensor:
+    """(..., P, D) positions drawn uniformly in a box.
+
+    Args:
+        low: (..., D) lower bounds.
+        high: (..., D) upper bounds, above `low`.
+        particles: P.
+        generator: source of chance.
+
+    Raises:
+        InputError: an empty swarm or box.
+    """
+    if particles < 1:
+        raise InputError(f"init.particles={particles}: a swarm needs at least 1")
+    if not bool((high > low).all()):
+        raise InputError("a swarm's box needs high > low in every dimension")
+    drawn = uniform((*low.shape[:-1], particles, low.shape[-1]), low, generator)
+    return torch.addcmul(low.unsqueeze(-2), (high - low).unsqueeze(-2), drawn)
+
+
+def reflected(position: Tensor, low: Tensor, high: Tensor) -> Tensor:
+    """(..., P, D) positions mirrored at the walls that they passed.
+
+    Particles clamped to a wall would make it the best of all and never leave it. Who comes back beyond the wall opposite stays at it.
+    """
+    bottom, top = low.unsqueeze(-2), high.unsqueeze(-2)
+    mirrored = torch.maximum(position, 2 * bottom - position)
+    return torch.minimum(mirrored, 2 * top - mirrored).clamp_(bottom, top)
+
+
+def comparable(cost: Tensor, like: Tensor) -> Tensor:
+    """(..., P) costs with the type and device of `like`, without a gradient; NaN counts as infinitely bad."""
+    return cost.detach().to(like).nan_to_num(nan=torch.inf, posinf=torch.inf, neginf=-torch.inf)
+
+
+def best_of(position: Tensor, cost: Tensor) -> tuple[Tensor, Tensor]:
+    """(..., D) the cheapest of (..., P, D) positions and (...) its cost."""
+    least, which = cost.min(dim=-1)
+    return picked(position, which.unsqueeze(-1)).squeeze(-2), least
+
+
+def picked(position: Tensor, which: Tensor) -> Tensor:
+    """(..., N, D) those of (..., P, D) positions that (..., N) indices name."""
+    return position.gather(-2, which.unsqueeze(-1).expand(*which.shape, position.shape[-1]))
+
+
+def uniform(shape: tuple[int, ...] | torch.Size, like: Tensor, generator: Generator) -> Tensor:
+    """Numbers in [0, 1), drawn on the generator's device, so that a CPU generator gives a CUDA swarm the same path."""
+    return torch.rand(shape, generator=generator, dtype=like.dtype, device=generator.device).to(like.device)
+
+
+def normal(shape: tuple[int, ...] | torch.Size, like: Tensor, generator: Generator) -> Tensor:
+    """Standard normal numbers, drawn on the generator's device as well."""
+    return torch.randn(shape, generator=generator, dtype=like.dtype, device=generator.device).to(like.device)
