@@ -28,6 +28,7 @@ from zoo.catalog import config_folder, names
 from zoo.cli.closed_pipe import nobody_reads, print_to_nobody, unread_logs
 from zoo.cli.folders import hollow_removed
 from zoo.cli.interrupts import tell_interrupted
+from zoo.cli.papers import paper_settings
 from zoo.cli.saved_models import folder_settings
 from zoo.cli.wrong_settings import check_flags, check_known, check_once, instead
 from zoo.errors import InputError, WorkError, causes, nearest
@@ -57,7 +58,7 @@ def run(verb: str, arguments: list[str]) -> int:
         The exit code.
     """
     traced = os.environ.get("HYDRA_FULL_ERROR") == "1"
-    arguments = folder_settings(arguments) if verb in OF_A_MODEL else arguments
+    arguments = folder_settings(arguments) if verb in OF_A_MODEL else paper_settings(arguments) if verb == "reproduce" else arguments
     sys.argv = [f"fogzoo {verb}", *arguments]
     codes: list[int] = []
     with _unwrapped(), unread_logs():

@@ -6,6 +6,7 @@ import importlib
 import re
 from collections.abc import Sequence
 from pathlib import Path
+from typing import cast
 
 import hydra
 import pandas as pd
@@ -16,26 +17,22 @@ from rich.table import Table
 from torch import Tensor
 
 from zoo.artifacts import writable_folder, write_text
-from zoo.catalog import load_members, names
+from zoo.catalog import load_members, load_model, names
 from zoo.cli.inputs import read_data
+from zoo.cli.papers import GROUP
 from zoo.cli.searchpath import searchpath
 from zoo.cli.simulated_data import NOISELESS
 from zoo.cli.train import trained
 from zoo.errors import InputError
 from zoo.measurements.run import Run
 from zoo.measurements.write import write_measurements
+from zoo.models.base import Model
 from zoo.models.prediction import predict_blocks_of_each
 from zoo.papers.study import Claim, Row, Study
 from zoo.scoring.stages import rms
 from zoo.units import symbol
 
 TABLE, TEXT, FIGURES, METHODS = "table.csv", "table.md", "figures", "methods"
-GROUP = "experiment"
-
-
-def paper_settings(arguments: list[str]) -> list[str]:
-    """Command-line arguments with `paper=NAME` as `experiment=NAME`, the config group in which the papers' protocols are."""
-    return [re.sub(r"^paper=", f"{GROUP}=", one) for one in arguments]
 
 
 def run(config: DictConfig, out: Path) -> Path:
@@ -80,8 +77,9 @@ def _predicted(config: DictConfig, runs: Sequence[Run], checks: Sequence[Run], f
     with open_dict(config):
         del config["hydra"]
     trained(config, runs, checks, folder, choices)
-    members = load_members(folder)
-    return [predict_blocks_of_each(members, one) for one in (*runs, *checks)]
+    members = [module for _, module in load_members(folder)] if config.seeds > 1 else [load_model(folder)]
+    models = cast(list[Model], members)
+    return [predict_blocks_of_each(models, one) for one in (*runs, *checks)]
 
 
 def _floors(config: DictConfig, runs: Sequence[Run]) -> list[float]:

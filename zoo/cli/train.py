@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -40,12 +40,31 @@ def run(config: DictConfig, out: Path) -> Path:
     Raises:
         InputError: the settings do not fit together.
     """
-    runs, check_runs = read_data(config)
+    trained(config, *read_data(config), out, HydraConfig.get().runtime.choices)
+    return out / METRICS
+
+
+def trained(config: DictConfig, runs: Sequence[Run], check_runs: Sequence[Run], out: Path, choices: Mapping[str, Any]) -> dict[str, Any]:
+    """Train, write, draw and print.
+
+    Args:
+        config: as composed from conf/train.yaml.
+        runs: fitted.
+        check_runs: only scored.
+        out: folder of the results.
+        choices: what was chosen of every config group.
+
+    Returns:
+        The metrics.
+
+    Raises:
+        InputError: the settings do not fit together.
+    """
     model_config = _model_config(config, runs)
     model = create(model_config)
-    optimizer_name, optimizer = _optimizer(config, model)
+    optimizer_name, optimizer = _optimizer(config, model, choices)
     own_fit = hasattr(optimizer, "fit")
-    labels = {"model": _choice("model"), "init": None if own_fit else _choice("init"), "optimizer": optimizer_name}
+    labels = {"model": _choice(choices, "model"), "init": None if own_fit else _choice(choices, "init"), "optimizer": optimizer_name}
     metrics = train(
         model,
         runs,
@@ -64,13 +83,13 @@ def run(config: DictConfig, out: Path) -> Path:
     )
     save_model(out, model_config, model)
     _draw(out, model, [*runs, *check_runs])
-    path = write_json(out / METRICS, {"schema_version": 1} | metrics)
+    write_json(out / METRICS, {"schema_version": 1} | metrics)
     _print(metrics)  # last: who reads it may have gone
-    return path
+    return metrics
 
 
-def _choice(group: str) -> str | None:
-    choice = HydraConfig.get().runtime.choices.get(group)
+def _choice(choices: Mapping[str, Any], group: str) -> str | None:
+    choice = choices.get(group)
     return None if choice is None else Path(str(choice)).name
 
 
@@ -86,10 +105,10 @@ def _model_config(config: DictConfig, runs: Sequence[Run]) -> dict[str, Any]:
     return plain
 
 
-def _optimizer(config: DictConfig, model: Model) -> tuple[str | None, Any]:
+def _optimizer(config: DictConfig, model: Model, choices: Mapping[str, Any]) -> tuple[str | None, Any]:
     """The optimizer chosen, or under `optimizer=auto` the one that the model's class names in `fitted_by`."""
     if "_target_" in config.optimizer:
-        return _choice("optimizer"), create(config.optimizer)
+        return _choice(choices, "optimizer"), create(config.optimizer)
     name = getattr(model, "fitted_by", "adam")
     settings = load("optimizer", name, searchpath())
     given = {key: value for key, value in config.optimizer.items() if value is not None}

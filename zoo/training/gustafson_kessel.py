@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
+import copy
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
 import torch
-from lightning.pytorch import Callback, LightningModule, Trainer
 from torch import Generator, Tensor
 
 from zoo.errors import InputError
@@ -18,8 +18,10 @@ from zoo.models.base import FeatureModel, Model
 from zoo.models.prediction import block_features
 from zoo.models.takagi_sugeno import TakagiSugeno
 from zoo.training.fuzzy_clusters import best_clusters
-from zoo.training.module import Training
+from zoo.training.init import Init, Log
+from zoo.training.problem import Problem
 from zoo.training.recursive_least_squares import Information, recursive_least_squares
+from zoo.training.weights import weight_vector
 
 OVERLAPS = tuple(2 ** (k / 2) for k in range(7))
 """Planes that bend into each other over a wider stretch follow a curve more closely than those that clusters as they stand keep apart."""
@@ -152,8 +154,8 @@ class GustafsonKessel:
         clustered_weights(model, features, error, generator, self.settings)
 
 
-class ClusteredInit(Callback):
-    """Starts a training by gradient from where the fit of liu2010 ends."""
+class ClusteredInit(Init):
+    """Starts a training from where the fit of liu2010 ends."""
 
     def __init__(self, seed: int = 1, **settings: Any) -> None:
         """Remember.
@@ -164,11 +166,11 @@ class ClusteredInit(Callback):
         """
         self.seed, self.settings = seed, Clustering(**settings)
         self.settings.check("init")
-        self.evaluations = 0
 
-    def on_train_start(self, trainer: Trainer, pl_module: LightningModule) -> None:
-        """Fit; not where a checkpoint has already brought the weights back."""
-        if trainer.global_step == 0:
-            assert isinstance(pl_module, Training)
-            features, error = trainer.datamodule.fitted  # type: ignore[attr-defined]
-            clustered_weights(pl_module.model, features, error, torch.Generator().manual_seed(self.seed), self.settings)
+    def weights(self, problem: Problem, members: int, log: Log) -> Tensor:
+        """See `Init.weights`."""
+        model, found = copy.deepcopy(problem.model), []
+        for seed in range(self.seed, self.seed + members):
+            clustered_weights(model, problem.features, problem.error, torch.Generator().manual_seed(seed), self.settings)
+            found.append(weight_vector(model))
+        return torch.stack(found)
