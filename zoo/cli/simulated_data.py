@@ -22,7 +22,7 @@ from zoo.simulator.simulated import Recording
 SETTINGS = "simulated.yaml"
 NOISELESS = "noiseless_"
 """Before the name of what would have been recorded of a run without noise of the output."""
-CODE = ("simulator", "effects", "physics", "units.py")
+CODE = ("simulator", "effects", "physics", "units.py", "cli/simulated_data.py")
 CONFIGS = ("gyro", "profile", "noise", "chamber", "effects", "simulate.yaml")
 """What a recording depends on."""
 
