@@ -117,7 +117,7 @@ class _Judged:
 
     def __init__(self, method: Method, scored: Scored) -> None:
         self.method = method
-        names = {seed: one.name for seed, one in method.members.items()}
+        names = {seed: one.name for seed, one in sorted(method.members.items())}
         self.same = len(alike(scored.left, list(names.values()))) == 1
         self.names = dict(list(names.items())[:1]) if self.same else names
         self.values = {seed: scored.pooled(name) for seed, name in self.names.items()}

@@ -60,8 +60,8 @@ def _averaged(path: Path, run: Run, time: str | None) -> Run:
         recording.push(np.column_stack([units.convert(chunk[:, i], source.given, source.wanted) for i, source in enumerate(sources)]))
     recording.close()
     fine, block, _ = recording.grids(run.average_s)
-    mean = torch.from_numpy(fine.mean)
-    return Run(run.name, run.unit, run.average_s, ("time_s",), mean[:, :1], mean[:, 1], torch.from_numpy(fine.count), torch.from_numpy(block))
+    mean = torch.from_numpy(fine.mean).T.contiguous()
+    return Run(run.name, run.unit, run.average_s, ("time_s",), mean[0].unsqueeze(1), mean[1], torch.from_numpy(fine.count), torch.from_numpy(block))
 
 
 def _interpolated(path: Path, run: Run, there: Run) -> Tensor:
@@ -70,7 +70,8 @@ def _interpolated(path: Path, run: Run, there: Run) -> Tensor:
     if float(judged[0]) < begin - reach or float(judged[-1]) > end + reach:
         spans = f"{begin:g} to {end:g} s, the run {run.name} from {float(judged[0]):g} to {float(judged[-1]):g} s"
         raise InputError(f"{path}: reaches from {spans}; all of the run needs a prediction, on the same clock")
-    after = torch.searchsorted(there.time, judged).clamp(1, len(there.time) - 1)
+    clock = there.time.contiguous()
+    after = torch.searchsorted(clock, judged).clamp(1, len(there.time) - 1)
     wide = (there.time[after] - there.time[after - 1] > GAP_STEPS * reach) & (judged > there.time[after - 1]) & (judged < there.time[after])
     if bool(wide.any()):
         lacking = float(judged[wide][0])
