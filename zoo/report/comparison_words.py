@@ -120,7 +120,10 @@ def headline(document: Record) -> str:
         named = joined(ahead) if len(ahead) <= 3 else f"{ahead[0]} and {len(ahead) - 1} others"
         return f"{named} are best and cannot be told apart" if len(document["methods"]) > len(ahead) else f"{named} cannot be told apart"
     pair = pair_of(document, best["name"], document["methods"][1]["name"])
-    return f"{best['name']} is best: {_below(pair['ratio'])} below {document['methods'][1]['name']}" if pair else f"{best['name']} is best"
+    if pair is None:
+        return f"{best['name']} is best"
+    here = " on these runs" if _other_times(pair) else ""
+    return f"{best['name']} is best{here}: {_below(pair['ratio'])} below {document['methods'][1]['name']}"
 
 
 def sentences(document: Record, scale: Scale) -> list[str]:
