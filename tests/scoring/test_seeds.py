@@ -37,9 +37,7 @@ def test_the_interval_covers_the_planted_ratio() -> None:
     covered = 0
     for trial in range(100):
         shared = drawn(1.0, 0.3, 60, 1000 + trial)
-        found = contest(
-            by_seed(0.8 * shared * drawn(1.0, 0.1, 60, 2000 + trial)), by_seed(shared * drawn(1.0, 0.1, 60, 3000 + trial)), chance(trial)
-        )
+        found = contest(by_seed(0.8 * shared * drawn(1.0, 0.1, 60, 2000 + trial)), by_seed(shared * drawn(1.0, 0.1, 60, 3000 + trial)), chance(trial))
         assert found.interval is not None
         covered += found.interval[0] <= 0.8 <= found.interval[1]
     assert 88 <= covered

@@ -65,7 +65,8 @@ def find_entrants(runs: Sequence[str]) -> tuple[list[Entrant], list[str]]:
         InputError: something given leads to no model.
     """
     files = (MODEL_FILE, SCRIPT_FILE)
-    folders = list(dict.fromkeys((folder, pattern.endswith(SCRIPT_FILE)) for pattern in runs for folder in model_folders(pattern, "runs", files)))
+    given = ((folder, pattern.endswith(SCRIPT_FILE)) for pattern in runs for folder in model_folders(pattern, "runs", files))
+    folders = list(dict.fromkeys((folder, scripted or not (folder / MODEL_FILE).is_file()) for folder, scripted in given))
     skipped = [str(folder) for pattern in runs for top in tops(pattern) for folder in _without_model(top, files)]
     found: list[Entrant] = []
     watched = Console(stderr=True)
@@ -84,7 +85,7 @@ def find_entrants(runs: Sequence[str]) -> tuple[list[Entrant], list[str]]:
 
 
 def _loaded(folder: Path, scripted: bool) -> list[Entrant]:
-    if scripted or not (folder / MODEL_FILE).is_file():
+    if scripted:
         module, facts = load_exported(folder)
         kind = f"{facts.get('model') or 'exported'}_exported"
         return [Entrant(kind, kind, folder, facts, {}, _predictor(module))]

@@ -9,6 +9,8 @@ from zoo.report.wording import Scale, fixed, joined, percent, times
 from zoo.scoring.seeds import ENOUGH
 
 Record = dict[str, Any]
+COARSE = 2.0
+"""Intervals wider than this are written without decimals [%]."""
 WORTH_NAMING = 0.15
 """A smaller share of the residual is not told."""
 
@@ -39,8 +41,9 @@ def _below(ratio: float) -> str:
 
 
 def _between(interval: list[float]) -> str:
-    low, high = (_below(value).removesuffix(" %") for value in reversed(interval))
-    return f"{low} to {high} %"
+    low, high = (100 * (1 - value) for value in reversed(interval))
+    decimals = 0 if high - low >= COARSE and high < 98 else 1
+    return f"{fixed(low, decimals)} to {fixed(high, decimals)} %"
 
 
 def _sure(pair: Record) -> str:
