@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import copy
 import importlib
 import re
 from collections.abc import Sequence
@@ -18,6 +19,7 @@ from yaml import YAMLError  # type: ignore[import-untyped]
 import zoo
 from zoo.artifacts import replacing, write_text
 from zoo.errors import InputError, WorkError, causes, in_brief, nearest
+from zoo.training.members import read_members
 
 MODEL_FILE = "model.yaml"
 WEIGHTS_FILE = "weights.pt"
@@ -166,3 +168,20 @@ def load_model(folder: str | Path) -> torch.nn.Module:
     module: torch.nn.Module = create(OmegaConf.load(folder / MODEL_FILE))  # type: ignore[arg-type]
     module.load_state_dict(torch.load(folder / WEIGHTS_FILE, weights_only=True))
     return module.eval()
+
+
+def load_members(folder: str | Path) -> list[tuple[int, torch.nn.Module]]:
+    """Rebuild all members of an ensemble that `train` saved, each with its seed, in evaluation mode.
+
+    Raises:
+        InputError: the folder holds no ensemble.
+    """
+    folder = Path(folder)
+    members = read_members(folder)
+    pattern = load_model(folder)
+    models = []
+    for member in members:
+        one = copy.deepcopy(pattern)
+        one.load_state_dict(member.state)
+        models.append((member.seed, one.eval()))
+    return models

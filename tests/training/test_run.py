@@ -14,12 +14,13 @@ from zoo.models.bp import BP
 from zoo.models.polynomial import Polynomial
 from zoo.models.prediction import block_features
 from zoo.swarm import pso
-from zoo.training.gradient import CHECKPOINT
+from zoo.training.checkpoints import CHECKPOINT
 from zoo.training.least_squares import LeastSquares
 from zoo.training.module import Training
+from zoo.training.random_init import RandomInit
 from zoo.training.run import train
 from zoo.training.swarm_init import SwarmInit
-from zoo.training.weights import RandomInit, population_outputs, reset, set_weights, weight_vector
+from zoo.training.weights import population_outputs, reset, set_weights, weight_vector
 
 FEATURES = ["temperature", "temperature_rate"]
 ADAM = partial(torch.optim.Adam, lr=0.02)

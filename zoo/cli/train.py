@@ -19,7 +19,7 @@ from zoo.cli.inputs import read_data, searchpath
 from zoo.errors import InputError
 from zoo.measurements.run import Run
 from zoo.models.base import Model
-from zoo.training.gradient import CHECKPOINT
+from zoo.training.checkpoints import CHECKPOINT
 from zoo.training.run import EVENTS, train
 from zoo.units import symbol
 
@@ -55,6 +55,7 @@ def run(config: DictConfig, out: Path) -> Path:
         goal=config.goal,
         batch_size=config.batch_size,
         seed=config.seed,
+        seeds=config.seeds,
         device=config.torch_device,
         resume=_checkpoint(config.resume),
         out=out,
@@ -126,8 +127,25 @@ def _draw(out: Path, model: Model, runs: Sequence[Run]) -> None:
 
 def _print(metrics: dict[str, Any]) -> None:
     title = f"RMS of the error [{symbol(metrics['unit'])}], {metrics['average_s']:g} s means"
+    console = Console()
     table = Table("run", "used for", "uncompensated", str(metrics["model"]), title=escape(title))
     for use in ("runs", "check_runs"):
         for one in metrics[use]:
             table.add_row(one["run"], "fit" if use == "runs" else "check", f"{one['uncompensated']:.4g}", f"{one['rms']:.4g}")
-    Console().print(table)
+    console.print(table)
+    if "members" in metrics:
+        _print_members(console, metrics)
+
+
+def _print_members(console: Console, metrics: dict[str, Any]) -> None:
+    members = metrics["members"]
+    table = Table(
+        "used for", f"seed {members['best_seed']}", "median", "90 % range", title=f"{len(members['seeds'])} seeds, the best of the fit first"
+    )
+    for use, key in (("fit", "rms"), ("check", "rms_check")):
+        if members[key] is not None:
+            spread = members[f"{key}_quantiles"]
+            table.add_row(use, f"{metrics[key]:.4g}", f"{spread['median']:.4g}", f"{spread['low']:.4g} … {spread['high']:.4g}")
+    console.print(table)
+    if members["failed_seeds"]:
+        console.print(f"training failed with {len(members['failed_seeds'])} more: {', '.join(map(str, members['failed_seeds']))}")

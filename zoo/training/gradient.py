@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
-from typing import Any
 
 import torch
 from lightning.pytorch import Callback, Trainer
@@ -15,12 +15,18 @@ from lightning.pytorch.loggers import Logger
 
 from zoo.errors import WorkError
 from zoo.measurements.datamodule import RunsDataModule
+from zoo.measurements.run import Run
 from zoo.models.base import FeatureModel
+from zoo.models.prediction import block_features
+from zoo.training.checkpoints import Checkpoints, save_checkpoint
+from zoo.training.ensemble import Ensemble
+from zoo.training.members import Member
 from zoo.training.module import MakeOptimizer, Training
+from zoo.training.problem import Problem, spread
 from zoo.training.progress import TrainingProgress
 from zoo.training.resume import check_resumable
+from zoo.training.weights import weight_vector
 
-CHECKPOINT = "last.ckpt"
 PASSES_PER_EPOCH = 50
 """Passes over the data in what Lightning calls an epoch, whose price is many times a small net's step."""
 POINTS = 100
@@ -35,54 +41,89 @@ class Schedule:
         epochs: passes over the fitted runs.
         goal: training stops once the loss is below.
         device: ``"cpu"``, ``"cuda"`` or ``"cuda:1"``.
+        batch_size: blocks a step; None for all at once.
         resume: checkpoint to go on from.
+        settings: all that decides the training, for the checkpoints.
     """
 
     epochs: int
     goal: float | None = None
     device: str = "cpu"
+    batch_size: int | None = None
     resume: Path | None = None
+    settings: str = ""
 
 
 def fit_by_gradient(
-    model: FeatureModel, data: RunsDataModule, optimizer: MakeOptimizer, init: Callback, schedule: Schedule, out: Path, logger: Logger
-) -> dict[str, Any]:
+    model: FeatureModel,
+    runs: tuple[Sequence[Run], Sequence[Run]],
+    optimizer: MakeOptimizer,
+    init: Callback,
+    schedule: Schedule,
+    seeds: Sequence[int],
+    out: Path,
+    logger: Logger,
+) -> list[Member]:
     """Standardise, initialise, train, and leave a checkpoint.
 
     Args:
-        model: trained in place.
-        data: its features.
-        optimizer: makes the optimizer from the parameters.
+        model: trained in place; of several members, a pattern that is only standardised.
+        runs: to fit, and to check on.
+        optimizer: makes the optimizer from the parameters; for several members one that works element by element.
         init: draws the initial weights as training starts.
         schedule: how long and where.
+        seeds: of the shuffling, one a member.
         out: an existing folder, for the checkpoint.
         logger: takes the curves.
 
     Returns:
-        Passes done, evaluations of the model, and the last loss.
+        The members whose training came to a finite end.
 
     Raises:
         InputError: the checkpoint to go on from does not fit.
         WorkError: the training diverged.
     """
+    chance = [torch.Generator().manual_seed(seed) for seed in seeds]
+    data = RunsDataModule(
+        *runs,
+        partial(block_features, model),
+        passes=min(PASSES_PER_EPOCH, schedule.epochs),
+        batch_size=schedule.batch_size,
+        generator=chance[0] if len(seeds) == 1 else chance,
+    )
     features, error = data.fitted
     model.standardise(features, error)
     steps_per_pass = data.train_dataloader().batches_per_pass
     steps = schedule.epochs * steps_per_pass
     every = max(steps // POINTS, 1)
-    spread = float(error.std(correction=0)) or 1.0
-    module = Training(model, optimizer, error_scale=spread, goal=schedule.goal, log_every=every)
+    trained = model if len(seeds) == 1 else Ensemble(model, len(seeds))
+    module = Training(trained, optimizer, spread(error), schedule.goal, every, schedule.settings)
     if schedule.resume is not None:
         check_resumable(schedule.resume, module, steps)
-    trainer = _trainer(steps, every, schedule.device, [init, TrainingProgress(steps, every)], logger)
+    trainer = _trainer(steps, every, schedule.device, [init, TrainingProgress(steps, every), Checkpoints(out, every)], logger)
     with _interruptible():
         trainer.fit(module, datamodule=data, ckpt_path=schedule.resume, weights_only=True)
-    loss = _final_loss(module, data)
-    if not math.isfinite(loss):
-        raise WorkError(f"training diverged: the loss is {loss} after {trainer.global_step} steps; try a smaller optimizer.lr")
-    trainer.save_checkpoint(out / CHECKPOINT)
-    evaluations = module.evaluations + getattr(init, "evaluations", 0)
-    return {"epochs": trainer.global_step // steps_per_pass, "evaluations": evaluations, "loss": loss}
+    module.finished = True
+    members = _members(module, seeds, data, getattr(init, "evaluations", 0), steps_per_pass)
+    save_checkpoint(trainer, out)
+    return members
+
+
+def _members(module: Training, seeds: Sequence[int], data: RunsDataModule, drawn: int, steps_per_pass: int) -> list[Member]:
+    """What has become of each, less those that diverged."""
+    trained, problem = module.model, Problem(module.net, *(one.to(module.device) for one in data.fitted))
+    weights = trained.weights.detach() if isinstance(trained, Ensemble) else weight_vector(trained).unsqueeze(0)
+    steps = trained.steps.tolist() if isinstance(trained, Ensemble) else [module.trainer.global_step]
+    losses = problem.losses(weights).tolist()
+    ended = [k for k, loss in enumerate(losses) if math.isfinite(loss)]
+    if not ended:
+        raise WorkError(f"training diverged: the loss is {losses[0]} after {steps[0]} steps; try a smaller optimizer.lr")
+    found = []
+    for k in ended:
+        evaluations = drawn + (steps[k] if isinstance(trained, Ensemble) else module.evaluations)
+        one = trained.member(k) if isinstance(trained, Ensemble) else module.net
+        found.append(Member.of(seeds[k], one, epochs=steps[k] // steps_per_pass, evaluations=evaluations, loss=losses[k]))
+    return found
 
 
 @contextmanager
@@ -113,16 +154,3 @@ def _trainer(steps: int, every: int, device: str, callbacks: list[Callback], log
         num_sanity_val_steps=0,
         use_distributed_sampler=False,
     )
-
-
-def _final_loss(module: Training, data: RunsDataModule) -> float:
-    features, error = data.fitted
-    with torch.no_grad():
-        return float(module.loss(module(features.to(module.device)), error.to(module.device)))
-
-
-def save_unfitted_by_gradient(model: torch.nn.Module, out: Path) -> None:
-    """A Lightning checkpoint of a model that was fitted in another way."""
-    trainer = Trainer(accelerator="cpu", logger=False, enable_checkpointing=False, enable_model_summary=False, enable_progress_bar=False)
-    trainer.strategy.connect(Training(model))  # type: ignore[arg-type]
-    trainer.save_checkpoint(out / CHECKPOINT)

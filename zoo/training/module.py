@@ -1,10 +1,9 @@
-"""The LightningModule around a model of the zoo: the loss and nothing else."""
+"""The LightningModule around a model of the zoo, or many of them: the loss and nothing else."""
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable, Iterable
-from typing import Any
+from typing import Any, cast
 
 import torch
 from lightning.pytorch import LightningModule
@@ -12,11 +11,13 @@ from torch import Tensor, nn
 
 from zoo.errors import WorkError
 from zoo.models.base import FeatureModel, Model
+from zoo.training.ensemble import Ensemble
+from zoo.training.weights import set_weights
 
 MakeOptimizer = Callable[[Iterable[nn.Parameter]], torch.optim.Optimizer]
 Batch = tuple[Tensor, Tensor]
-OPTIMIZER = "optimizer_name"
-"""Key under which a checkpoint names the optimizer whose state it holds."""
+OPTIMIZER, EVALUATIONS, FINISHED, SETTINGS = "optimizer_name", "evaluations", "finished", "settings"
+"""Keys under which a checkpoint names the optimizer whose state it holds, counts, and says whether that training is over and what it was."""
 
 
 class Training(LightningModule):
@@ -27,7 +28,13 @@ class Training(LightningModule):
     """
 
     def __init__(
-        self, model: Model, optimizer: MakeOptimizer | None = None, error_scale: float = 1.0, goal: float | None = None, log_every: int = 50
+        self,
+        model: Model | Ensemble,
+        optimizer: MakeOptimizer | None = None,
+        error_scale: float = 1.0,
+        goal: float | None = None,
+        log_every: int = 50,
+        settings: str = "",
     ) -> None:
         """Wrap a model.
 
@@ -35,21 +42,41 @@ class Training(LightningModule):
             model: what is trained.
             optimizer: makes the optimizer from the parameters; None for models that are fitted in other ways and only saved through Lightning.
             error_scale: unit of the loss [output's unit].
-            goal: training stops once the loss is below.
+            goal: training stops once the loss is below; of an ensemble, each member for itself.
             log_every: steps between two points of the loss curve.
+            settings: all that decides the training, as text.
         """
         super().__init__()
-        self.save_hyperparameters(ignore=["model", "optimizer"])
+        self.save_hyperparameters(ignore=["model", "optimizer", "settings"])
         self.model = model
         self.make_optimizer = optimizer
         self.error_scale, self.goal, self.log_every = error_scale, goal, log_every
+        self.settings, self.finished = settings, False
         self.evaluations = 0
         self.latest: Tensor | None = None
 
+    @property
+    def net(self) -> FeatureModel:
+        """The structure that is trained, with its buffers."""
+        return cast(FeatureModel, self.model.net if isinstance(self.model, Ensemble) else self.model)
+
+    @property
+    def members(self) -> int:
+        """E."""
+        return len(self.model.weights) if isinstance(self.model, Ensemble) else 1
+
+    def start_from(self, weights: Tensor) -> None:
+        """Take (E, D) initial weights."""
+        if isinstance(self.model, Ensemble):
+            with torch.no_grad():
+                self.model.weights.copy_(weights)
+        else:
+            set_weights(self.model, weights[0])
+
     def forward(self, features: Tensor) -> Tensor:
-        """(M, F) features -> (M,) predicted error [output's unit]."""
-        assert isinstance(self.model, FeatureModel)
-        return self.model.head(features)
+        """(M, F) features -> (M,) or, of an ensemble, (E, M) predicted errors [output's unit]."""
+        predicted: Tensor = self.model(features) if isinstance(self.model, Ensemble) else self.net.head(features)
+        return predicted
 
     def loss(self, predicted: Tensor, error: Tensor) -> Tensor:
         """(..., M) predicted and (M,) true error -> (...) mean squared error, dimensionless."""
@@ -57,26 +84,31 @@ class Training(LightningModule):
 
     def training_step(self, batch: Batch, index: int) -> Tensor:
         """One evaluation of the loss; L-BFGS asks several times a step."""
-        loss = self.loss(self(batch[0]), batch[1])
+        if isinstance(self.model, Ensemble):
+            objective, self.latest = self.model.objective(*batch, self.error_scale)
+        else:
+            objective = self.loss(self(batch[0]), batch[1])
+            self.latest = objective.detach()
         self.evaluations += 1
-        self.latest = loss.detach()
-        return loss
+        return objective
 
     def on_train_batch_end(self, outputs: object, batch: Batch, batch_idx: int) -> None:
         """Log now and then; stop at the goal, or where the loss is no number any more."""
+        assert self.latest is not None
         step = self.trainer.global_step
         if step % self.log_every == 0 or step == 1:
-            loss = float(self.latest)  # type: ignore[arg-type]
             if self.logger:
-                self.logger.log_metrics({"loss/fit": loss}, step)
-            if not math.isfinite(loss):
-                raise WorkError(f"training diverged: the loss is {loss} after {step} steps; try a smaller optimizer.lr")
-        if self.goal is not None and float(self.latest) < self.goal:  # type: ignore[arg-type]
+                self.logger.log_metrics({"loss/fit": float(self.latest.nanmedian())}, step)
+            if not bool(self.latest.isfinite().any()):
+                raise WorkError(f"training diverged: the loss is {float(self.latest.max())} after {step} steps; try a smaller optimizer.lr")
+        if isinstance(self.model, Ensemble):
+            self.trainer.should_stop |= self.model.stepped(self.latest < (self.goal or 0.0))
+        elif self.goal is not None and float(self.latest) < self.goal:
             self.trainer.should_stop = True
 
     def validation_step(self, batch: Batch, index: int) -> None:
-        """The loss of the runs to check on."""
-        self.log("loss/check", self.loss(self(batch[0]), batch[1]), batch_size=len(batch[1]))
+        """The loss of the runs to check on; of an ensemble the median, as of the fitted runs."""
+        self.log("loss/check", self.loss(self(batch[0]), batch[1]).nanmedian(), batch_size=len(batch[1]))
 
     @property
     def optimizer_name(self) -> str | None:
@@ -84,10 +116,14 @@ class Training(LightningModule):
         return None if self.make_optimizer is None else type(self.configure_optimizers()).__name__
 
     def on_save_checkpoint(self, checkpoint: dict[str, Any]) -> None:
-        """Says whose state the checkpoint holds, since one optimizer's state means nothing to another."""
-        checkpoint[OPTIMIZER] = self.optimizer_name
+        """Says whose state the checkpoint holds, since one optimizer's state means nothing to another, and what is needed to go on."""
+        checkpoint |= {OPTIMIZER: self.optimizer_name, EVALUATIONS: self.evaluations, FINISHED: self.finished, SETTINGS: self.settings}
+
+    def on_load_checkpoint(self, checkpoint: dict[str, Any]) -> None:
+        """Goes on counting."""
+        self.evaluations = checkpoint.get(EVALUATIONS, 0)
 
     def configure_optimizers(self) -> torch.optim.Optimizer:
         """The optimizer chosen."""
         assert self.make_optimizer is not None
-        return self.make_optimizer(self.parameters())
+        return self.make_optimizer([parameter for parameter in self.parameters() if parameter.requires_grad])

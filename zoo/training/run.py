@@ -7,36 +7,46 @@ import shutil
 import time
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
-from functools import partial
 from pathlib import Path
 from typing import Any, Protocol, cast
 
 import lightning
 import torch
 from lightning.pytorch import Callback
-from lightning.pytorch.loggers import TensorBoardLogger
+from lightning.pytorch.loggers import Logger, TensorBoardLogger
 from torch import Generator
 
 import zoo
 from zoo.errors import InputError
-from zoo.measurements.datamodule import RunsDataModule
 from zoo.measurements.run import Run
 from zoo.models.base import FeatureModel, Model
-from zoo.models.prediction import block_features, usable_device
-from zoo.training.gradient import PASSES_PER_EPOCH, Schedule, fit_by_gradient, save_unfitted_by_gradient
-from zoo.training.module import MakeOptimizer
+from zoo.models.prediction import usable_device
+from zoo.training.checkpoints import save_fitted
+from zoo.training.gradient import Schedule, fit_by_gradient
+from zoo.training.init import Init
+from zoo.training.members import Member, compare_members, write_members
+from zoo.training.module import MakeOptimizer, Training
+from zoo.training.one_after_another import one_after_another
 from zoo.training.quiet import quiet_lightning
+from zoo.training.random_init import RandomInit
 from zoo.training.scores import score_runs
 from zoo.training.threads import threads_for
-from zoo.training.weights import RandomInit
 
 EVENTS = "tensorboard"
 WIDTH = 32
 """Numbers that a block makes in a small net's largest tensor, to judge how many threads are worth it."""
 
 
+ELEMENTWISE = (torch.optim.Adam, torch.optim.AdamW, torch.optim.NAdam, torch.optim.RAdam, torch.optim.SGD, torch.optim.RMSprop, torch.optim.Rprop)
+"""Optimizers whose step of one weight does not depend on the others: many members at once are stepped as each alone."""
+
+
 class Fitter(Protocol):
-    """An optimizer that is no gradient descent: it fits the model by itself."""
+    """An optimizer that is no gradient descent: it fits the model by itself.
+
+    It may have ``physical(unit)``, what it knows of parameters, and ``largest_tensor(blocks)``, how many values the largest tensor that it works on
+    has, where that is far from a small net's: the number of threads goes by it.
+    """
 
     def fit(self, model: Model, runs: Sequence[Run], generator: Generator) -> int | None:
         """Fit in place; may return how often the model was evaluated."""
@@ -54,14 +64,16 @@ def train(
     goal: float | None = None,
     batch_size: int | None = None,
     seed: int = 1,
+    seeds: int = 1,
     device: str = "cpu",
     resume: Path | None = None,
     labels: Mapping[str, str | None] | None = None,
+    settings: str = "",
 ) -> dict[str, Any]:
-    """Fit a model and score it; leaves a checkpoint and TensorBoard events in `out`.
+    """Fit a model and score it; leaves a checkpoint and TensorBoard events in `out`, and of several seeds all members.
 
     Args:
-        model: fitted in place and left on the CPU, in evaluation mode.
+        model: fitted in place and left on the CPU, in evaluation mode; of several seeds it is the one with the lowest RMS of the fitted runs.
         runs: fitted.
         check_runs: only scored.
         optimizer: makes a torch optimizer from parameters (for a `FeatureModel`), or has a method ``fit(model, runs, generator)``.
@@ -71,12 +83,16 @@ def train(
         goal: training stops once the loss (squared error over the error's variance) is below.
         batch_size: blocks a step; None for all at once.
         seed: of all chance here.
+        seeds: E trainings with the seeds `seed` … `seed` + E − 1, as one batch where the optimizer works element by element, else one after another
+            (L-BFGS searches along a line that all weights share). Each ends as it would alone.
         device: ``"cpu"`` or ``"cuda"``.
         resume: checkpoint of an earlier call with the same model, to go on from.
         labels: what the user calls model, init and optimizer; first in the metrics and among TensorBoard's hyperparameters.
+        settings: all that decides the training, as text: a checkpoint tells by it whether it belongs to a command.
 
     Returns:
-        Metrics as JSON takes them: RMS by run and stage [output's unit], seed, versions, wall time, evaluations.
+        Metrics as JSON takes them: RMS by run and stage [output's unit], seed, versions, wall time, evaluations; of several seeds those of the
+        model, with the RMS of all beside them.
 
     Raises:
         InputError: model, optimizer, device and checkpoint do not fit together.
@@ -84,27 +100,70 @@ def train(
     """
     started = time.perf_counter()
     _check(model, runs, optimizer, device)
-    _check_numbers(epochs=epochs, goal=goal, batch_size=batch_size, seed=seed)
-    chance = torch.Generator().manual_seed(seed)
+    _check_numbers(epochs=epochs, goal=goal, batch_size=batch_size, seed=seed, seeds=seeds)
     logger = TensorBoardLogger(out, name=EVENTS, version="", default_hp_metric=False)
-    with quiet_lightning(), _no_half_curve(out / EVENTS), threads_for(sum(run.blocks for run in runs) * WIDTH):
+    every = range(seed, seed + seeds)
+    with quiet_lightning(), _no_half_curve(out / EVENTS), threads_for(_largest_tensor(optimizer, runs)):
         if hasattr(optimizer, "fit"):
-            evaluations = cast(Fitter, optimizer).fit(model, runs, chance)
-            save_unfitted_by_gradient(model, out)
-            fitted = {"epochs": None, "evaluations": evaluations, "loss": None}
-            if hasattr(optimizer, "physical"):
-                fitted["physical"] = optimizer.physical(runs[0].unit)
+            members = _fit_by_itself(model, runs, cast(Fitter, optimizer), every, out)
         else:
-            net = cast(FeatureModel, model)
-            passes = min(PASSES_PER_EPOCH, epochs)
-            data = RunsDataModule(runs, check_runs, partial(block_features, net), passes=passes, batch_size=batch_size, generator=chance)
-            fitted = fit_by_gradient(net, data, optimizer, init or RandomInit(seed), Schedule(epochs, goal, device, resume), out, logger)
-    model.cpu().eval()
-    metrics = dict(labels or {}) | fitted | score_runs(model, runs, check_runs)
+            schedule = Schedule(epochs, goal, device, batch_size, resume, settings)
+            start = init or RandomInit(seed)
+            members = _fit_by_gradient(cast(FeatureModel, model), (runs, check_runs), optimizer, start, schedule, every, out, logger)
+        model.cpu().eval()
+        best, spread = members[0], None
+        if seeds > 1:
+            best, spread = compare_members(model, members, runs, check_runs)
+            spread["failed_seeds"] = sorted(set(every) - {member.seed for member in members})
+            write_members(out, members)
+    metrics = dict(labels or {}) | best.facts | score_runs(model, runs, check_runs)
     metrics |= {"seed": seed, "device": device, "parameters": sum(p.numel() for p in model.parameters()), "versions": versions()}
+    metrics |= {} if spread is None else {"members": spread}
     metrics["wall_time_s"] = round(time.perf_counter() - started, 3)
     _log_result(logger, metrics, [*(labels or {}), "seed", "parameters", "average_s"])
     return metrics
+
+
+def _largest_tensor(optimizer: MakeOptimizer | Fitter, runs: Sequence[Run]) -> int:
+    blocks = sum(run.blocks for run in runs)
+    largest = getattr(optimizer, "largest_tensor", None)
+    return blocks * WIDTH if largest is None else int(largest(blocks))
+
+
+def _fit_by_gradient(
+    model: FeatureModel,
+    runs: tuple[Sequence[Run], Sequence[Run]],
+    optimizer: MakeOptimizer,
+    init: Callback,
+    schedule: Schedule,
+    seeds: range,
+    out: Path,
+    logger: Logger,
+) -> list[Member]:
+    if len(seeds) == 1:
+        return fit_by_gradient(model, runs, optimizer, init, schedule, seeds, out, logger)
+    if not isinstance(init, Init):
+        raise InputError(f"seeds={len(seeds)}: {type(init).__name__} starts one training only; init: {Init.__module__}.{Init.__name__} is needed")
+    if isinstance(optimizer([torch.nn.Parameter(torch.zeros(1))]), ELEMENTWISE):
+        return fit_by_gradient(model, runs, optimizer, init, schedule, seeds, out, logger)
+    if schedule.resume is not None:
+        raise InputError(f"resume: this optimizer trains the {len(seeds)} seeds one after another, and no checkpoint holds them all; leave it out")
+
+    def alone(one: Model, seed: int) -> Member:
+        start = init.of_member(seed - seeds[0])
+        return fit_by_gradient(cast(FeatureModel, one), runs, optimizer, start, schedule, [seed], out, logger)[0]
+
+    return one_after_another(model, seeds, alone)
+
+
+def _fit_by_itself(model: Model, runs: Sequence[Run], fitter: Fitter, seeds: range, out: Path) -> list[Member]:
+    def alone(one: Model, seed: int) -> Member:
+        evaluations = fitter.fit(one, runs, torch.Generator().manual_seed(seed))
+        told = {"physical": fitter.physical(runs[0].unit)} if hasattr(fitter, "physical") else {}
+        save_fitted(Training(one), out)
+        return Member.of(seed, one, epochs=None, evaluations=evaluations, loss=None, **told)
+
+    return [alone(model, seeds[0])] if len(seeds) == 1 else one_after_another(model, seeds, alone)
 
 
 @contextmanager
@@ -132,7 +191,7 @@ def _check_numbers(**given: Any) -> None:
         optional, whole = name in {"goal", "batch_size"}, name != "goal"
         if value is None and optional:
             continue
-        low = 1 if name in {"epochs", "batch_size"} else 0
+        low = 1 if name in {"epochs", "batch_size", "seeds"} else 0
         if isinstance(value, bool) or not isinstance(value, int if whole else int | float) or not value >= low:
             raise InputError(f"{name}={value}: a {'whole ' if whole else ''}number from {low} up is needed{', or null' if optional else ''}")
 

@@ -1,24 +1,21 @@
-"""Initial weights by a swarm, as a Lightning callback: the search of ACO-BP and PSO-BP before the gradient takes over."""
+"""Initial weights by a swarm: the search of ACO-BP and PSO-BP before the gradient takes over."""
 
 from __future__ import annotations
 
 from typing import Any
 
-import torch
-from lightning.pytorch import Callback, LightningModule, Trainer
+from torch import Tensor
 
 from zoo.errors import WorkError
 from zoo.swarm.algorithm import SwarmAlgorithm
-from zoo.training.module import Training
+from zoo.training.init import Init, Log
+from zoo.training.problem import Problem
 from zoo.training.progress import progress
-from zoo.training.weights import population_outputs, set_weights, weight_vector
+from zoo.training.swarm_search import SwarmSearch
 
 
-class SwarmInit(Callback):
-    """Searches the box ±reach of all weights for the lowest training loss and starts training there.
-
-    `on_train_start` is the first hook with data. On resume the weights are back by then, so the swarm must not run again.
-    """
+class SwarmInit(Init):
+    """Searches the box ±reach of all weights for the lowest training loss, which training starts from."""
 
     def __init__(self, algorithm: SwarmAlgorithm, particles: int = 30, steps: int = 100, reach: float = 1.0, seed: int = 1, **settings: Any) -> None:
         """Describe the search.
@@ -31,36 +28,18 @@ class SwarmInit(Callback):
             seed: of the search alone.
             **settings: passed on to the algorithm's `init`.
         """
-        self.algorithm, self.particles, self.steps, self.reach, self.seed = algorithm, particles, steps, reach, seed
-        self.settings = {"steps": steps} | settings
-        self.evaluations = 0
-        self.best: float | None = None
+        self.search = SwarmSearch(algorithm, particles, steps, reach, **settings)
+        self.seed = seed
 
-    def on_train_start(self, trainer: Trainer, pl_module: LightningModule) -> None:
-        """Search, unless training goes on from a checkpoint."""
-        if trainer.global_step > 0 or self.evaluations > 0:
-            return
-        assert isinstance(pl_module, Training)
-        features, error = trainer.datamodule.fitted  # type: ignore[attr-defined]
-        chance = torch.Generator().manual_seed(self.seed)
-        edge = torch.full_like(weight_vector(pl_module.model), self.reach)
-        state = self.algorithm.init(-edge, edge, self.particles, chance, **self.settings)
-        with progress("swarm", self.steps) as advance:
-            for step in range(self.steps):
-                predicted = population_outputs(pl_module.model, self.algorithm.ask(state), features)  # type: ignore[arg-type]
-                state = self.algorithm.tell(state, pl_module.loss(predicted, error), chance)
-                if trainer.logger:
-                    trainer.logger.log_metrics({"swarm/best": float(state.leader_cost)}, step)
+    def weights(self, problem: Problem, members: int, log: Log) -> Tensor:
+        """See `Init.weights`."""
+        state = self.search.start(problem, range(self.seed, self.seed + members))
+        with progress("swarm", self.search.steps) as advance:
+            for step in range(self.search.steps):
+                state = self.search.step(problem, state)
+                log({"swarm/best": float(state.losses.median())}, step)
                 advance()
-        if not torch.isfinite(state.leader_cost):
-            raise WorkError(f"init: the swarm found no weights with a finite loss within ±{self.reach}")
-        set_weights(pl_module.model, state.leader)
-        self.evaluations, self.best = state.evaluations, float(state.leader_cost)
-
-    def state_dict(self) -> dict[str, Any]:
-        """What a checkpoint keeps: that the search is done, and what it found."""
-        return {"evaluations": self.evaluations, "best": self.best}
-
-    def load_state_dict(self, state_dict: dict[str, Any]) -> None:
-        """The inverse of `state_dict`."""
-        self.evaluations, self.best = state_dict["evaluations"], state_dict["best"]
+        if not state.losses.isfinite().any():
+            raise WorkError(f"init: the swarm found no weights with a finite loss within ±{self.search.reach:g}")
+        self.evaluations = state.evaluations
+        return state.weights

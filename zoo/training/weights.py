@@ -6,7 +6,6 @@ import math
 from collections.abc import Callable
 
 import torch
-from lightning.pytorch import Callback, LightningModule, Trainer
 from torch import Generator, Tensor, nn
 from torch.func import functional_call, jvp, vmap
 
@@ -34,19 +33,6 @@ def reset(model: nn.Module, generator: Generator) -> None:
             for parameter in module.parameters(recurse=False):
                 drawn = torch.rand(parameter.shape, generator=generator, dtype=parameter.dtype, device=generator.device)
                 parameter.data.copy_(bound * (2 * drawn - 1))
-
-
-class RandomInit(Callback):
-    """Initial weights drawn at random, from the given seed alone."""
-
-    def __init__(self, seed: int = 1) -> None:
-        self.seed = seed
-        self.evaluations = 0
-
-    def on_train_start(self, trainer: Trainer, pl_module: LightningModule) -> None:
-        """Draw; not where a checkpoint has already brought the weights back."""
-        if trainer.global_step == 0:
-            reset(pl_module, torch.Generator().manual_seed(self.seed))
 
 
 class _Head(nn.Module):
@@ -85,6 +71,16 @@ def population_outputs(model: FeatureModel, weights: Tensor, features: Tensor) -
     """
     with torch.no_grad():
         return vmap(_outputs_of(model, features), chunk_size=_at_once(features))(weights)
+
+
+def member_outputs(model: FeatureModel, weights: Tensor, features: Tensor) -> Tensor:
+    """The same with gradients, and with features (M, F) for all or (P, M, F) for each: (P, D) weights -> (P, M) predicted errors."""
+
+    def outputs(vector: Tensor, own: Tensor) -> Tensor:
+        return _outputs_of(model, own)(vector)
+
+    found: Tensor = vmap(outputs, in_dims=(0, 0 if features.ndim == 3 else None))(weights, features)
+    return found
 
 
 def weight_jacobian(model: FeatureModel, features: Tensor) -> Tensor:

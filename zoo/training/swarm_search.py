@@ -1,0 +1,66 @@
+"""A swarm over the weights of a network, once for each member of an ensemble."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from typing import Any, NamedTuple
+
+import torch
+from torch import Generator, Tensor
+
+from zoo.swarm.algorithm import SwarmAlgorithm
+from zoo.training.problem import Problem
+
+
+class Searched(NamedTuple):
+    """Swarms on their way.
+
+    Attributes:
+        swarms: the state of each member's swarm.
+        chance: source of chance of each.
+    """
+
+    swarms: list[Any]
+    chance: list[Generator]
+
+    @property
+    def weights(self) -> Tensor:
+        """(E, D) the best that each has found."""
+        return torch.stack([one.leader for one in self.swarms])
+
+    @property
+    def losses(self) -> Tensor:
+        """(E,) and their losses."""
+        return torch.stack([one.leader_cost for one in self.swarms])
+
+    @property
+    def evaluations(self) -> int:
+        """Of the network, by each."""
+        return int(self.swarms[0].evaluations)
+
+
+class SwarmSearch:
+    """A search of the box ±reach of all weights.
+
+    All members' populations are evaluated together. What little else there is to a swarm's step is done one member after another, each with its
+    own source of chance, so that a member finds what it would find alone.
+    """
+
+    def __init__(self, algorithm: SwarmAlgorithm, particles: int, steps: int, reach: float, **settings: Any) -> None:
+        """Describe it, see `zoo.training.swarm_init.SwarmInit`."""
+        self.algorithm, self.particles, self.steps, self.reach = algorithm, particles, steps, reach
+        self.settings = {"steps": steps} | settings
+
+    def start(self, problem: Problem, seeds: Iterable[int]) -> Searched:
+        """Place one swarm a seed."""
+        edge = problem.features.new_full((problem.size,), self.reach)
+        chance = [torch.Generator().manual_seed(seed) for seed in seeds]
+        return Searched([self.algorithm.init(-edge, edge, self.particles, one, **self.settings) for one in chance], chance)
+
+    def step(self, problem: Problem, state: Searched) -> Searched:
+        """One evaluation of all populations."""
+        asked = torch.stack([self.algorithm.ask(one) for one in state.swarms])
+        with torch.no_grad():
+            costs = problem.losses(asked)
+            told = [self.algorithm.tell(*one) for one in zip(state.swarms, costs.unbind(), state.chance, strict=True)]
+        return Searched(told, state.chance)
