@@ -79,7 +79,7 @@ def test_models_that_differ_by_their_seed_are_one_method(recordings, sweep, tmp_
         assert one["by_seed"] == pytest.approx(list(values))
         assert one["rms"]["median"] == pytest.approx(np.median(values))
         assert (one["rms"]["low"], one["rms"]["high"]) == pytest.approx(tuple(np.quantile(values, [0.05, 0.95])))
-        assert document["rms"][one["typical"]] == pytest.approx(np.median(values))
+        assert abs(document["rms"][one["typical"]] - np.median(values)) == pytest.approx(np.abs(values - np.median(values)).min())
         whole = next(row for row in one["rows"] if row["stage"] == "whole")
         assert whole["median"] == pytest.approx(one["rms"]["median"])
     assert methods["polynomial"]["distinct"] == 1  # solved: two seeds, one model
@@ -92,6 +92,17 @@ def test_models_that_differ_by_their_seed_are_one_method(recordings, sweep, tmp_
     assert document["statement"].replace("_", "_<wbr>") in page
     assert "http" not in page.replace("http://www.w3.org", "")  # nothing is fetched
     assert {"comparison.png", "seeds.png", "residual_check.png", "tensorboard"} <= {path.name for path in tmp_path.iterdir()}
+
+
+def test_an_ensemble_is_its_single_trainings(recordings, sweep, tmp_path) -> None:
+    """Six seeds trained at once and six trained alone are the same method, each seed against itself."""
+    settings = ["model=bp", "model.hidden=9", "epochs=60", f"data.files=[{recordings / 'a.csv'}]", "data.average_s=100"]
+    assert run("train", *settings, f"seeds={SEEDS}", f"hydra.run.dir={tmp_path / 'together'}") == 0
+    alone = ",".join(str(sweep / str(SEEDS + i)) for i in range(SEEDS))
+    document = compare(tmp_path / "out", f"runs=[{tmp_path / 'together'},{alone}]", f"data.files=[{recordings / 'check.csv'}]")
+    first, second = document["methods"]
+    assert first["seeds"] == second["seeds"] == list(range(1, SEEDS + 1))
+    assert first["by_seed"] == pytest.approx(second["by_seed"], rel=1e-6)
 
 
 def test_the_noise_floor_is_that_of_the_recording(recordings, sweep, tmp_path) -> None:

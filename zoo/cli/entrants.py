@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any
+from typing import Any, cast
 
 import torch
 import yaml  # type: ignore[import-untyped]
@@ -13,7 +13,7 @@ from rich.console import Console
 from rich.progress import track
 from torch import Tensor
 
-from zoo.catalog import MODEL_FILE
+from zoo.catalog import MODEL_FILE, load_members
 from zoo.cli.given_predictions import file_of
 from zoo.cli.saved_models import RESULTS, distinct_names, load_saved, model_folders, tops
 from zoo.errors import InputError, in_brief
@@ -22,6 +22,7 @@ from zoo.measurements.predictions import read_prediction
 from zoo.measurements.run import Run
 from zoo.models.base import Model
 from zoo.models.prediction import predict_blocks
+from zoo.training.members import MEMBERS_FILE
 
 MAKERS = ("train", "refine")
 """Verbs that leave models."""
@@ -53,7 +54,7 @@ class Entrant:
 
 
 def find_entrants(runs: Sequence[str]) -> tuple[list[Entrant], list[str]]:
-    """Load the models of output folders.
+    """Load the models of output folders; of an ensemble, each member.
 
     Args:
         runs: folders, globs, folders of multiruns (all models below them), or files in such folders.
@@ -89,8 +90,11 @@ def _loaded(folder: Path, scripted: bool) -> list[Entrant]:
         module, facts = load_exported(folder)
         kind = f"{facts.get('model') or 'exported'}_exported"
         return [Entrant(kind, kind, folder, facts, {}, _predictor(module))]
-    saved = load_saved(folder)
-    return [Entrant(saved.kind, saved.kind, folder, saved.facts, _settings(folder), _predictor(saved.module))]
+    saved, settings = load_saved(folder), _settings(folder)
+    if not (folder / MEMBERS_FILE).is_file():
+        return [Entrant(saved.kind, saved.kind, folder, saved.facts, settings, _predictor(saved.module))]
+    members = ((seed, cast(Model, module)) for seed, module in load_members(folder))
+    return [Entrant(saved.kind, saved.kind, folder, saved.facts | {"seed": seed}, settings, _predictor(module)) for seed, module in members]
 
 
 def _predictor(module: Model) -> Callable[[Run, torch.device], Tensor]:

@@ -10,7 +10,7 @@ from zoo.scoring.seeds import ENOUGH
 
 Record = dict[str, Any]
 COARSE = 2.0
-"""Intervals wider than this are written without decimals [%]."""
+"""Intervals wider than this are written without decimals, but where these tell on which side of nothing they end [%]."""
 WORTH_NAMING = 0.15
 """A smaller share of the residual is not told."""
 
@@ -42,7 +42,7 @@ def _below(ratio: float) -> str:
 
 def _between(interval: list[float]) -> str:
     low, high = (100 * (1 - value) for value in reversed(interval))
-    decimals = 0 if high - low >= COARSE and high < 98 else 1
+    decimals = 0 if high - low >= COARSE and high < 98 and abs(low) >= 1 else 1
     return f"{fixed(low, decimals)} to {fixed(high, decimals)} %"
 
 
@@ -109,24 +109,34 @@ def leaders(document: Record) -> list[str]:
 
 def headline(document: Record) -> str:
     """The answer in one line."""
-    best, ahead = document["methods"][0], leaders(document)
+    methods, ahead = document["methods"], leaders(document)
+    best, alone = methods[0], len(methods) == 1
     if best["rms"]["median"] >= document["rms"]["uncompensated"]:
-        return f"No compensation is better than {best['name']}" if len(document["methods"]) == 1 else "No compensation is better than all of them"
-    if len(document["methods"]) == 1:
+        return f"No compensation is better than {best['name'] if alone else 'all of them'}"
+    if alone:
         return f"{best['name']} removes {percent(best['removed'])} of the error"
-    if len(ahead) == len(document["methods"]) > 2:
-        return f"None of the {len(ahead)} can be told from the best, {best['name']}"
-    if len(ahead) > 1:
-        pair = pair_of(document, ahead[0], ahead[1])
-        if len(ahead) == 2 and pair and pair["verdict"] == "same":
-            return f"{ahead[0]} and {ahead[1]} predict the same{'' if len(document['methods']) == 2 else ', better than the others'}"
-        named = joined(ahead) if len(ahead) <= 3 else f"{ahead[0]} and {len(ahead) - 1} others"
-        return f"{named} are best and cannot be told apart" if len(document["methods"]) > len(ahead) else f"{named} cannot be told apart"
-    pair = pair_of(document, best["name"], document["methods"][1]["name"])
+    return _shared(document, ahead) if len(ahead) > 1 else _won(document)
+
+
+def _won(document: Record) -> str:
+    """One is ahead of all others."""
+    best, second = (one["name"] for one in document["methods"][:2])
+    pair = pair_of(document, best, second)
     if pair is None:
-        return f"{best['name']} is best"
-    here = " on these runs" if _other_times(pair) else ""
-    return f"{best['name']} is best{here}: {_below(pair['ratio'])} below {document['methods'][1]['name']}"
+        return f"{best} is best"
+    return f"{best} is best{' on these runs' if _other_times(pair) else ''}: {_below(pair['ratio'])} below {second}"
+
+
+def _shared(document: Record, ahead: list[str]) -> str:
+    """Several are ahead."""
+    everyone = len(ahead) == len(document["methods"])
+    pair = pair_of(document, ahead[0], ahead[1])
+    if len(ahead) == 2 and pair is not None and pair["verdict"] == "same":
+        return f"{ahead[0]} and {ahead[1]} predict the same{'' if everyone else ', better than the others'}"
+    if everyone and len(ahead) > 2:
+        return f"None of the {len(ahead)} can be told from the best, {ahead[0]}"
+    named = joined(ahead) if len(ahead) <= 3 else f"{ahead[0]} and {len(ahead) - 1} others"
+    return f"{named} cannot be told apart" if everyone else f"{named} are best and cannot be told apart"
 
 
 def sentences(document: Record, scale: Scale) -> list[str]:
