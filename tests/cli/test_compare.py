@@ -153,11 +153,13 @@ def test_an_exported_file_is_compared_like_the_model(recordings, sweep, tmp_path
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", DeprecationWarning)
         torch.jit.script(model).save(str(folder / "model.ts"))
-    facts = {"inputs": list(model.inputs), "unit": "dph", "model": "bp"}  # type: ignore[arg-type]
+    trained = {"runs": ["a"], "seed": 4, "average_s": 100.0}
+    facts = {"inputs": list(model.inputs), "unit": "dph", "model": "bp", "trained_on": trained}  # type: ignore[arg-type]
     (folder / "metadata.json").write_text(json.dumps(facts))
     for given in (folder, folder / "model.ts"):
         out = tmp_path / f"out_{given.name}"
-        compare(out, f"runs=[{sweep / '3'},{given}]", f"data.files=[{recordings / 'check.csv'}]", "data.average_s=100")
+        document = compare(out, f"runs=[{sweep / '3'},{given}]", f"data.files=[{recordings / 'a.csv'}]")
+        assert [one["fitted_runs"] for one in document["methods"]] == [["a"], ["a"]]
         for row in rows(out):
             assert row["bp"] == row["bp_exported"]
     (folder / "metadata.json").write_text(json.dumps(facts | {"unit": "dps"}))

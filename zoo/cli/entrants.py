@@ -87,14 +87,22 @@ def find_entrants(runs: Sequence[str]) -> tuple[list[Entrant], list[str]]:
 
 def _loaded(folder: Path, scripted: bool) -> list[Entrant]:
     if scripted:
-        module, facts = load_exported(folder)
-        kind = f"{facts.get('model') or 'exported'}_exported"
-        return [Entrant(kind, kind, folder, facts, {}, _predictor(module))]
+        module, metadata = load_exported(folder)
+        kind, facts = f"{metadata.get('model') or 'exported'}_exported", _facts(metadata)
+        return [Entrant(kind, kind, folder, facts, dict(_flat(metadata.get("settings") or {})), _predictor(module))]
     saved, settings = load_saved(folder), _settings(folder)
     if not (folder / MEMBERS_FILE).is_file():
         return [Entrant(saved.kind, saved.kind, folder, saved.facts, settings, _predictor(saved.module))]
     members = ((seed, cast(Model, module)) for seed, module in load_members(folder))
     return [Entrant(saved.kind, saved.kind, folder, saved.facts | {"seed": seed}, settings, _predictor(module)) for seed, module in members]
+
+
+def _facts(metadata: dict[str, Any]) -> dict[str, Any]:
+    """What an exported file's metadata tell, as a training's metrics would."""
+    trained = metadata.get("trained_on") or {}
+    told = {key: trained[key] for key in ("init", "optimizer", "seed", "average_s") if key in trained}
+    unit = {"unit": metadata["unit"]} if "unit" in metadata else {}
+    return unit | {"runs": [{"run": name} for name in trained.get("runs") or []]} | told
 
 
 def _predictor(module: Model) -> Callable[[Run, torch.device], Tensor]:

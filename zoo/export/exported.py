@@ -44,7 +44,7 @@ def load_exported(folder: Path) -> tuple[ExportedModel, dict[str, Any]]:
     """
     try:
         facts = json.loads((folder / METADATA_FILE).read_text(encoding="utf-8"))
-        inputs = [str(one["name"] if isinstance(one, dict) else one) for one in facts["inputs"]]
+        inputs = [str(name) for name in facts["inputs"]]
         with warnings.catch_warnings():
             warnings.simplefilter("ignore", DeprecationWarning)  # TorchScript as a whole is deprecated
             script = torch.jit.load(str(folder / SCRIPT_FILE), map_location="cpu").eval()

@@ -11,6 +11,8 @@ from zoo.scoring.seeds import ENOUGH
 Record = dict[str, Any]
 COARSE = 2.0
 """Intervals wider than this are written without decimals, but where these tell on which side of nothing they end [%]."""
+NEAR = 0.05
+"""Ratios this close to one are written with a decimal more."""
 WORTH_NAMING = 0.15
 """A smaller share of the residual is not told."""
 
@@ -81,12 +83,10 @@ def _other_times(pair: Record) -> list[str]:
 
 def _open_reason(pair: Record) -> str:
     interval = pair["interval"] or pair["interval_over_time"]
-    known = (
-        ""
-        if interval is None
-        else f", 95 %{'' if pair['interval_over'] == 'seeds' else ' over time'}: {fixed(interval[0], 2)} to {fixed(interval[1], 2)}"
-    )
-    parts = [f"ratio {fixed(pair['ratio'], 2)}{known}"]
+    decimals = 3 if interval is not None and max(abs(end - 1) for end in interval) < NEAR else 2
+    low, high = (fixed(end, decimals) for end in interval or (None, None))
+    known = "" if interval is None else f", 95 %{'' if pair['interval_over'] == 'seeds' else ' over time'}: {low} to {high}"
+    parts = [f"ratio {fixed(pair['ratio'], decimals)}{known}"]
     if pair["seeds"]:
         parts.append(f"{pair['first']} {_seeds(pair)[0]}")
         parts += ["too few seeds for an interval"] if pair["interval"] is None else []
