@@ -1,75 +1,212 @@
-"""Any number of models side by side, on a narrow terminal and in a figure."""
+"""Any number of methods side by side: on a narrow terminal, in figures, and in words that say no more than is known."""
 
 from __future__ import annotations
 
 import io
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
 from rich.console import Console
 
-from zoo.report.comparison_figure import COLORS, OTHERS, colors_of, residual_figure, rms_figure
+from zoo.report.comparison_figure import COLORS, OTHERS, colors_of
+from zoo.report.comparison_page import scale_of, seeds_drawn, stage_rows, stages_drawn, write_comparison
 from zoo.report.comparison_table import print_comparison
+from zoo.report.comparison_words import goes_with, headline, leaders, sentences, statement
 from zoo.report.palette import MEASURED, styled
+from zoo.report.run_figure import Curves, run_figure
 
 STAGES = ("hold", "heating", "cooling", "edge", "whole")
+RUNS = ("check", "other")
 
 
-def many(models: int) -> tuple[list[dict[str, Any]], list[str], dict[str, float]]:
-    columns = ["uncompensated", *(f"a_network_called_{i}" for i in range(models))]
-    values = {name: 0.123456 + i for i, name in enumerate(columns)}
-    rows = [{"run": run, "stage": stage, "blocks": 50, **values} for run in ("check", "other") for stage in STAGES]
-    return rows, columns, values
+def method(name: str, median: float, seeds: int = 1) -> dict[str, Any]:
+    spread = {"median": median, "low": 0.9 * median, "high": 1.2 * median, "interval": [0.95 * median, 1.05 * median]}
+    places = [(run, stage) for run in (*RUNS, "all runs") for stage in STAGES]
+    return {
+        "name": name,
+        "models": [f"{name}_seed{i}" for i in range(seeds)],
+        "seeds": list(range(seeds)),
+        "distinct": seeds,
+        "typical": f"{name}_seed0",
+        "rms": spread,
+        "interval_over": "seeds" if seeds > 1 else "time",
+        "by_seed": list(np.linspace(0.9 * median, 1.2 * median, seeds)) if seeds > 1 else [median],
+        "excess": median / 0.05,
+        "removed": 1 - median / 200,
+        "rows": [{"run": run, "stage": stage, "blocks": 50, **spread, "excess": median / 0.05} for run, stage in places],
+        "where": [{"run": "check", "from_s": 0, "to_s": 3600, "stage": "hold", "temperature_c": [20, 20], "rms": 2 * median, "excess": 40 * median}],
+        "goes_with": {"temperature": 0.6, "constant": 0.2, "time": 0.01},
+        "fitted_runs": [],
+    }
+
+
+def pair(first: str, second: str, verdict: str = "better", **more: Any) -> dict[str, Any]:
+    known = {
+        "ratio": 0.88,
+        "interval": [0.82, 0.93],
+        "interval_over": "seeds",
+        "interval_over_time": [0.8, 0.96],
+        "wins": 87,
+        "ties": 0,
+        "seeds": 100,
+    }
+    return {"first": first, "second": second, "verdict": verdict, "paired": True, **known, **more}
+
+
+def document(methods: int, seeds: int = 1, verdict: str = "better") -> dict[str, Any]:
+    found = [method(f"a_network_called_{i}", 0.123456 + i, seeds) for i in range(methods)]
+    best = found[0]["name"]
+    return {
+        "unit": "dph",
+        "average_s": 100.0,
+        "rms": {"uncompensated": 200.0} | {one["name"]: one["rms"]["median"] for one in found},
+        "rows": [{"run": run, "stage": stage, "blocks": 50, "uncompensated": 200.0} for run in RUNS for stage in STAGES],
+        "runs": [{"run": run} for run in RUNS],
+        "models": [{"name": name, "folder": f"outputs/{name}", "init": None, "optimizer": None} for one in found for name in one["models"]],
+        "noise_floor": 0.05,
+        "noise_floors": dict.fromkeys(RUNS, 0.05),
+        "methods": found,
+        "pairs": [pair(best, one["name"], verdict) for one in found[1:]],
+        "skipped": ["outputs/7"],
+    }
+
+
+def curves(of: dict[str, Any]) -> list[Curves]:
+    hours = np.linspace(0, 10, 200)
+    left = {name: np.sin(hours + i) for i, name in enumerate(["uncompensated", *(one["name"] for one in of["methods"])])}
+    return [Curves(run, hours, 20 + hours, ["hold"] * 100 + ["heating"] * 100, left) for run in RUNS]
 
 
 @pytest.mark.parametrize("terminal", [True, False])
-@pytest.mark.parametrize(("models", "width"), [(1, 80), (12, 80), (40, 80), (12, 62), (12, 50), (12, 40), (12, 25)])
-def test_names_and_numbers_are_whole(models: int, width: int, terminal: bool) -> None:
-    rows, columns, pooled = many(models)
-    console = Console(file=io.StringIO(), width=width, force_terminal=terminal, color_system=None)
-    print_comparison("RMS", rows, columns, pooled, console)
+@pytest.mark.parametrize(("methods", "width"), [(1, 80), (12, 80), (40, 80), (12, 62), (12, 50), (12, 40)])
+def test_names_and_numbers_are_whole(methods: int, width: int, terminal: bool) -> None:
+    console, of = Console(file=io.StringIO(), width=width, force_terminal=terminal, color_system=None), document(methods)
+    print_comparison(of, console)
     lines = console.file.getvalue().splitlines()  # type: ignore[attr-defined]
-    assert not any("…" in line for line in lines)
+    assert not any(line.rstrip().endswith("…") for line in lines)
     numbers = [line for line in lines if line.count(".") == len(STAGES)]
-    assert len(numbers) == 2 * len(columns)
-    for line, i in zip(numbers, 2 * list(range(len(columns))), strict=True):
-        assert line.split()[-len(STAGES) :] == [f"{0.123456 + i:#.3g}"] * len(STAGES)
-    if width >= 62:
-        assert [line.split()[0] for line in numbers] == 2 * columns
-        assert max(map(len, lines)) <= width
+    assert len(numbers) == 2 * (methods + 1)
+    for line, value in zip(numbers, 2 * [200.0, *(0.123456 + i for i in range(methods))], strict=True):
+        assert line.split()[-len(STAGES) :] == [f"{value:#.3g}"] * len(STAGES)
     assert sum(line.startswith("all runs") for line in lines) == 1
 
 
-def test_one_run_needs_no_sum() -> None:
-    rows, columns, pooled = many(2)
-    console = Console(file=io.StringIO(), width=80)
-    print_comparison("RMS", rows[:5], columns, pooled, console)
-    assert "all runs" not in console.file.getvalue()  # type: ignore[attr-defined]
-
-
-@pytest.mark.parametrize("models", [1, 8, 9, 30])
-def test_no_two_models_of_one_colour_but_the_grey_ones(models: int) -> None:
-    pooled = {"uncompensated": 9.0} | {f"m{i}": float(models - i) for i in range(models)}
-    colors = colors_of(pooled)
-    assert list(colors) == list(pooled)
+@pytest.mark.parametrize("methods", [1, 8, 9, 30])
+def test_no_two_methods_of_one_colour_but_the_grey_ones(methods: int) -> None:
+    names = [f"m{i}" for i in range(methods)]
+    colors = colors_of(names)
+    assert list(colors) == ["uncompensated", *names]
     assert colors["uncompensated"] == MEASURED
     vivid = [color for color in colors.values() if color in COLORS]
-    assert len(set(vivid)) == len(vivid) == min(models, len(COLORS))
-    assert {name for name, color in colors.items() if color == OTHERS} == {f"m{i}" for i in range(models - len(COLORS))}  # the worst
+    assert len(set(vivid)) == len(vivid) == min(methods, len(COLORS))
+    assert {name for name, color in colors.items() if color == OTHERS} == set(names[len(COLORS) :])  # the worst
 
 
-@pytest.mark.parametrize("models", [1, 12, 30])
-def test_nothing_in_a_figure_touches_its_edge(models: int) -> None:
-    rows, columns, pooled = many(models)
+@pytest.mark.parametrize(("methods", "seeds"), [(1, 1), (12, 20), (30, 1)])
+def test_nothing_in_a_figure_touches_its_edge(methods: int, seeds: int) -> None:
+    of = document(methods, seeds)
+    scale = scale_of(of)
     with styled():
-        curves = {name: np.full(3, pooled[name]) for name in columns}
-        for figure in (rms_figure(rows, pooled, "°/h"), residual_figure("check", np.arange(3.0), curves, "°/h", colors_of(pooled))):
+        for figure in (stages_drawn(of, scale), seeds_drawn(of, scale), run_figure(curves(of)[0], 0.05, scale)):
             width, height = figure.get_size_inches() * figure.dpi
             figure.draw_without_rendering()
-            boxes = [axes.texts[0].get_window_extent() for axes in figure.axes] + [figure.legends[0].get_window_extent()]
-            assert min(box.x0 for box in boxes) >= 5
+            boxes = [text.get_window_extent() for axes in figure.axes for text in axes.texts]
+            boxes += [legend.get_window_extent() for legend in figure.legends]
+            boxes += [label.get_window_extent() for axes in figure.axes for label in axes.get_yticklabels() if label.get_text()]
+            assert min(box.x0 for box in boxes) >= 1
             assert max(box.x1 for box in boxes) <= width
             assert max(box.y1 for box in boxes) <= height
-            legend = figure.legends[0].get_window_extent()
-            assert all(axes.texts[0].get_window_extent().y1 <= legend.y0 for axes in figure.axes)
+            if figure.legends:
+                legend = figure.legends[0].get_window_extent()
+                assert all(axes.texts[0].get_window_extent().y1 <= legend.y0 for axes in figure.axes)
+
+
+def test_the_page_stands_alone_and_says_the_headline_first(tmp_path: Path) -> None:
+    of = document(5, 10)
+    for one in of["pairs"]:
+        one["statement"] = statement(one)
+    page = write_comparison(tmp_path, of, curves(of)).read_text(encoding="utf-8")
+    assert "src=" not in page
+    assert "href=" not in page.replace("xlink:href", "")
+    assert page.index("<h1>") < page.index("a_<wbr>network_<wbr>called_<wbr>0 is best: 12 % below") < page.index("<table>")
+    assert page.count("<svg") == 1 + 3 + len(RUNS)
+    assert "outputs/7" in page
+
+
+def test_a_run_without_a_stage_keeps_its_columns() -> None:
+    of = document(2)
+    for one in of["methods"]:
+        one["rows"] = [row for row in one["rows"] if (row["run"], row["stage"]) != ("other", "cooling")]
+    of["rows"] = [row for row in of["rows"] if (row["run"], row["stage"]) != ("other", "cooling")]
+    assert [row["stage"] for row in stage_rows(of) if row["run"] == "other"] == ["hold", "heating", "edge", "whole"]
+    with styled():
+        figure = stages_drawn(of, scale_of(of), ["other"])
+    assert [label.get_text() for label in figure.axes[0].get_xticklabels()] == ["hold", "heating", "edge", "whole"]
+
+
+@pytest.mark.parametrize(
+    ("of", "words"),
+    [
+        (pair("ACO-BP", "BP"), "ACO-BP is 12 % below BP (95 %: 7 to 18 %), better in 87 of 100 seeds"),
+        (pair("A", "B", ratio=0.01, interval=[0.005, 0.015]), "A is 99.0 % below B (95 %: 98.5 to 99.5 %), better in 87 of 100 seeds"),
+        (pair("A", "B", "same"), "A and B predict the same"),
+        (
+            pair("A", "B", "open", ratio=0.98, interval=[0.9, 1.07], wins=55),
+            "A and B cannot be told apart: ratio 0.98, 95 %: 0.90 to 1.07; A better in 55 of 100 seeds",
+        ),
+        (
+            pair("A", "B", interval_over_time=[0.7, 1.1]),
+            "A is 12 % below B (95 %: 7 to 18 %), better in 87 of 100 seeds; "
+            "other runs may turn it, as over time the difference is uncertain (95 %: −10 to 30 %)",
+        ),
+        (
+            pair("A", "B", interval=None, interval_over=None, wins=3, seeds=3),
+            "A is 12 % below B, better in 3 of 3 seeds; too few seeds for an interval (6 at least, over time 95 %: 4 to 20 %)",
+        ),
+        (
+            pair("A", "B", interval=[0.8, 0.96], interval_over="time", wins=None, seeds=None, ties=None),
+            "A is 12 % below B (95 % over time: 4 to 20 %)",
+        ),
+        (
+            pair("A", "B", "worse", ratio=1.25, interval=[1.111, 1.333], interval_over_time=[1.05, 1.4], wins=10),
+            "B is 20 % below A (95 %: 10 to 25 %), better in 90 of 100 seeds",
+        ),
+        (
+            pair("A", "B", "open", interval=None, interval_over=None, interval_over_time=None, wins=None, seeds=None),
+            "A and B cannot be told apart: ratio 0.88; the runs are too short for an interval",
+        ),
+    ],
+)
+def test_a_pair_in_words(of: dict[str, Any], words: str) -> None:
+    assert statement(of) == words
+
+
+def test_the_headline_claims_no_more_than_the_pairs() -> None:
+    assert headline(document(3)) == "a_network_called_0 is best: 12 % below a_network_called_1"
+    both = document(3)
+    both["pairs"][0]["verdict"] = "open"
+    assert leaders(both) == ["a_network_called_0", "a_network_called_1"]
+    assert headline(both) == "a_network_called_0 and a_network_called_1 are best and cannot be told apart"
+    assert headline(document(3, verdict="open")) == "None of the 3 can be told from the best, a_network_called_0"
+    assert headline(document(1)) == "a_network_called_0 removes > 99 % of the error"
+    worse = document(2)
+    worse["rms"]["uncompensated"] = 0.1
+    assert headline(worse) == "No compensation is better than all of them"
+    uncertain = document(2)
+    uncertain["pairs"][0]["interval_over_time"] = [0.7, 1.1]
+    assert headline(uncertain) == "a_network_called_0 is best on these runs: 12 % below a_network_called_1"
+
+
+def test_runs_that_were_fitted_are_no_judges() -> None:
+    of = document(2)
+    of["methods"][0]["fitted_runs"] = list(RUNS)
+    assert "runs that no model has seen" in sentences(of, scale_of(of))[-1]
+    of["methods"][0]["fitted_runs"] = ["check"]
+    assert "check; that flatters" in sentences(of, scale_of(of))[-1]
+
+
+def test_what_is_left_goes_with_what_has_most_of_it() -> None:
+    assert goes_with(method("m", 1.0)) == "Of the mean square that is left, 60 % goes with temperature and 20 % is a constant."
+    assert goes_with(method("m", 0.05)) == "What is left is about noise."

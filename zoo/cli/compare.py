@@ -1,31 +1,36 @@
-"""The verb `compare`: trained models side by side, by run and stage."""
+"""The verb `compare`: models, exported files and predictions made elsewhere side by side, over seeds and against the noise."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
 import torch
 from omegaconf import DictConfig, OmegaConf
-from torch import Tensor
+from rich.console import Console
+from rich.progress import track
+from torch import Generator, Tensor
 
 from zoo.artifacts import write_json, write_text
+from zoo.cli.entrants import Entrant, find_entrants, given_predictions, named
+from zoo.cli.given_predictions import named_files
 from zoo.cli.inputs import read_data
-from zoo.cli.saved_models import SavedModel, distinct_names, find_models
+from zoo.cli.judging import Scored, judge
+from zoo.cli.methods import methods_of
 from zoo.errors import InputError, WorkError
 from zoo.measurements.run import Run
-from zoo.models.prediction import predict_blocks, usable_device
-from zoo.scoring.comparison import UNCOMPENSATED, alike, residuals, rms_by_kind, rms_by_stage
-from zoo.scoring.stages import Stage, bias_stability, label_stages, rms
-from zoo.units import symbol
+from zoo.models.prediction import usable_device
+from zoo.scoring.comparison import UNCOMPENSATED, residuals, rms_by_kind, rms_by_stage
+from zoo.scoring.stages import Stage, bias_stability, label_stages
+from zoo.training.threads import threads_for
 
-Scored = tuple[Run, dict[str, Tensor]]
 WHAT_IT_WAS = ("init", "optimizer", "seed")
+MANY = 8
+"""From so many models on, progress is shown."""
 
 
 def run(config: DictConfig, out: Path) -> Path:
-    """Predict, score, write.
+    """Predict, score, judge, write.
 
     Args:
         config: as composed from conf/compare.yaml.
@@ -34,25 +39,29 @@ def run(config: DictConfig, out: Path) -> Path:
     Returns:
         The table's file.
     """
-    device = usable_device(config.torch_device)
-    given = config.runs if OmegaConf.is_list(config.runs) else [config.runs]
-    models = find_models([str(one) for one in given])
+    device, files = usable_device(config.torch_device), named_files(_plain(config.predictions))
+    given = [str(one) for one in (config.runs if OmegaConf.is_list(config.runs) else [config.runs])]
+    if not given and not files:
+        raise InputError("nothing to compare: give runs=[FOLDER,…] of train or refine, or predictions={NAME: FILES}")
+    models, skipped = find_entrants(given) if given else ([], [])
+    if skipped:
+        Console(stderr=True).print(f"skipped, without a finished model: {', '.join(skipped)}", style="yellow", soft_wrap=True, highlight=False)
     runs, check_runs = read_data(_with_trained_blocks(config, models))
-    scored = [(one, _residuals(models, one, device)) for one in [*runs, *check_runs]]
-    stages = [label_stages(one.block_mean(one.time), one.block_mean(one.temperature)) for one, _ in scored]
-    rows = [{"run": one.name} | row for (one, left), cut in zip(scored, stages, strict=True) for row in rms_by_kind(left, cut)]
-    columns = [UNCOMPENSATED, *(model.name for model in models)]
-    pooled = {name: rms(torch.cat([left[name] for _, left in scored])) for name in columns}
-    write_json(out / "comparison.json", _document(models, scored, stages, rows, pooled))
-    labels = _labels(models, scored)
-    shown = [{key: row[key] for key in ("run", "stage", "blocks")} | _relabelled(row, labels) for row in rows]
-    _draw(out, scored, shown, labels, pooled)
-    path = write_text(out / "comparison.csv", _csv(rows, ["run", "stage", "blocks", *columns]))
-    _print(runs[0], shown, _relabelled(pooled, labels))  # last: who reads it may have gone
+    entrants = named([*models, *given_predictions(files, len(runs) + len(check_runs), config.data.columns.get("time"))])
+    scored, stages = _scored(entrants, [*runs, *check_runs], device)
+    judged = judge(methods_of(entrants), scored, Generator().manual_seed(config.seed))
+    document = _document(entrants, scored, stages) | judged | {"skipped": skipped}
+    _write(out, document, scored, stages)
+    path = write_text(out / "comparison.csv", _csv(scored.rows, ["run", "stage", "blocks", *document["rms"]]))
+    _print(document)  # last: who reads it may have gone
     return path
 
 
-def _with_trained_blocks(config: DictConfig, models: list[SavedModel]) -> DictConfig:
+def _plain(value: Any) -> Any:
+    return OmegaConf.to_container(value, resolve=True) if OmegaConf.is_config(value) else value
+
+
+def _with_trained_blocks(config: DictConfig, models: list[Entrant]) -> DictConfig:
     """Under `data.average_s=auto`, the block length of the training where the models agree on one: noise, and so the RMS, depends on it."""
     lengths = {model.facts.get("average_s") for model in models} - {None}
     if config.data.get("average_s") == "auto" and len(lengths) == 1:
@@ -61,32 +70,43 @@ def _with_trained_blocks(config: DictConfig, models: list[SavedModel]) -> DictCo
     return config
 
 
-def _residuals(models: list[SavedModel], one: Run, device: torch.device) -> dict[str, Tensor]:
-    """(N,) what each model leaves of a run, the uncompensated error first [output's unit]."""
-    predicted = {}
-    for model in models:
-        if model.facts.get("unit", one.unit) != one.unit:
-            raise InputError(f"{model.folder}: trained on an output in {model.facts['unit']}, but {one.name} is in {one.unit}")
-        predicted[model.name] = predict_blocks(model.module.to(device), one)
-        if not bool(torch.isfinite(predicted[model.name]).all()):
-            raise WorkError(f"{model.folder}: predicts values that are no numbers for {one.name}")
-    return residuals(one.block_mean(one.error), predicted)
+def _scored(entrants: list[Entrant], runs: list[Run], device: torch.device) -> tuple[Scored, list[list[Stage]]]:
+    """Every entrant predicts every run once."""
+    watched, predicted = Console(stderr=True), [dict[str, Tensor]() for _ in runs]
+    moved = [one.to(device) for one in runs]
+    quiet = not watched.is_terminal or len(entrants) < MANY
+    with threads_for(max(one.table.numel() for one in runs)):
+        for entrant in track(entrants, "predicting", console=watched, transient=True, disable=quiet):
+            for one, found in zip(moved, predicted, strict=True):
+                found[entrant.name] = _prediction(entrant, one, device)
+    left = [residuals(one.block_mean(one.error), found) for one, found in zip(runs, predicted, strict=True)]
+    stages = [label_stages(one.block_mean(one.time), one.block_mean(one.temperature)) for one in runs]
+    rows = [{"run": one.name} | row for one, each, cut in zip(runs, left, stages, strict=True) for row in rms_by_kind(each, cut)]
+    return Scored(runs, left, rows), stages
 
 
-def _document(
-    models: list[SavedModel], scored: list[Scored], stages: list[list[Stage]], rows: list[dict[str, Any]], pooled: dict[str, float]
-) -> dict[str, Any]:
-    first = scored[0][0]
+def _prediction(entrant: Entrant, one: Run, device: torch.device) -> Tensor:
+    """(N,) predicted error of one run [output's unit]."""
+    if entrant.facts.get("unit", one.unit) != one.unit:
+        raise InputError(f"{entrant.folder}: trained on an output in {entrant.facts['unit']}, but {one.name} is in {one.unit}")
+    predicted = entrant.predict(one, device)
+    if not bool(torch.isfinite(predicted).all()):
+        raise WorkError(f"{entrant.folder}: predicts values that are no numbers for {one.name}")
+    return predicted
+
+
+def _document(entrants: list[Entrant], scored: Scored, stages: list[list[Stage]]) -> dict[str, Any]:
+    first = scored.runs[0]
     return {
         "schema_version": 1,
         "unit": first.unit,
         "average_s": first.average_s,
-        "models": [{"name": model.name, "folder": str(model.folder)} | {key: model.facts.get(key) for key in WHAT_IT_WAS} for model in models],
-        "rms": pooled,
-        "rows": rows,
+        "models": [{"name": one.name, "folder": str(one.folder)} | {key: one.facts.get(key) for key in WHAT_IT_WAS} for one in entrants],
+        "rms": {name: scored.pooled(name) for name in (UNCOMPENSATED, *(one.name for one in entrants))},
+        "rows": scored.rows,
         "runs": [
             {"run": one.name, "bias_stability": {name: bias_stability(value) for name, value in left.items()}, "stages": rms_by_stage(left, cut)}
-            for (one, left), cut in zip(scored, stages, strict=True)
+            for one, left, cut in zip(scored.runs, scored.left, stages, strict=True)
         ],
     }
 
@@ -98,42 +118,27 @@ def _csv(rows: list[dict[str, Any]], columns: list[str]) -> str:
     return text
 
 
-def _labels(models: list[SavedModel], scored: list[Scored]) -> dict[str, str]:
-    """What is shown, by what it is called: models of one type that predict the same are shown once, with how many they are."""
-    left, by_name = [each for _, each in scored], {model.name: model for model in models}
-    kinds = dict.fromkeys(model.kind for model in models)
-    groups = [group for kind in kinds for group in alike(left, [model.name for model in models if model.kind == kind])]
-    names = distinct_names([by_name[group[0]] for group in groups])
-    counts = [f" ({len(group)} ×)" if len(group) > 1 else "" for group in groups]
-    return {UNCOMPENSATED: UNCOMPENSATED} | {name + count: group[0] for name, count, group in zip(names, counts, groups, strict=True)}
-
-
-def _relabelled(values: Mapping[str, Any], labels: dict[str, str]) -> dict[str, Any]:
-    return {label: values[name] for label, name in labels.items()}
-
-
-def _draw(out: Path, scored: list[Scored], shown: list[dict[str, Any]], labels: dict[str, str], pooled: dict[str, float]) -> None:
+def _write(out: Path, document: dict[str, Any], scored: Scored, stages: list[list[Stage]]) -> None:
     # Matplotlib and TensorBoard take a second to import: only here, once the work is done.
-    from torch.utils.tensorboard import SummaryWriter
+    from zoo.report.comparison_events import write_comparison_events
+    from zoo.report.comparison_page import write_comparison
+    from zoo.report.comparison_words import headline, statement
+    from zoo.report.run_figure import Curves
 
-    from zoo.report.comparison_figure import colors_of, residual_figure, rms_figure
-    from zoo.report.palette import styled
-
-    unit, overall = symbol(scored[0][0].unit), _relabelled(pooled, labels)
-    with styled(), SummaryWriter(str(out / "tensorboard")) as board:
-        figures = {"comparison": rms_figure(shown, overall, unit)}
-        for one, left in scored:
-            hours = (one.block_mean(one.time) / 3600).numpy()
-            curves = {label: value.numpy() for label, value in _relabelled(left, labels).items()}
-            figures[f"residual_{one.name}"] = residual_figure(one.name, hours, curves, unit, colors_of(overall))
-        for name, figure in figures.items():
-            figure.savefig(out / f"{name}.png", dpi=100)
-            board.add_figure(name, figure)
-        for name, value in pooled.items():
-            board.add_scalar(f"rms/{name}", value)
+    for pair in document["pairs"]:
+        pair["statement"] = statement(pair)
+    document["statement"] = headline(document)
+    typical = {one["name"]: one["typical"] for one in document["methods"]}
+    curves = [
+        Curves.of(one, cut, {UNCOMPENSATED: left[UNCOMPENSATED]} | {name: left[model] for name, model in typical.items()})
+        for one, cut, left in zip(scored.runs, stages, scored.left, strict=True)
+    ]
+    write_json(out / "comparison.json", document)
+    write_comparison(out, document, curves)
+    write_comparison_events(out, document, curves)
 
 
-def _print(first: Run, shown: list[dict[str, Any]], overall: dict[str, float]) -> None:
+def _print(document: dict[str, Any]) -> None:
     from zoo.report.comparison_table import print_comparison
 
-    print_comparison(f"RMS of the error [{symbol(first.unit)}], {first.average_s:g} s means", shown, list(overall), overall)
+    print_comparison(document)

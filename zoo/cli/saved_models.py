@@ -5,9 +5,10 @@ from __future__ import annotations
 import glob
 import json
 import re
-from dataclasses import dataclass, replace
+from collections.abc import Sequence
+from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, cast
+from typing import Any, Protocol, cast
 
 from zoo.catalog import MODEL_FILE, load_model
 from zoo.errors import InputError
@@ -17,8 +18,20 @@ from zoo.scoring.comparison import UNCOMPENSATED
 RESULTS = ("metrics.json", "refinement.json")
 TAKEN = ("run", "stage", "blocks", UNCOMPENSATED)
 """Columns of the table that no model may be called like."""
-TOLD_BY = ("origin", "added", "init", "optimizer", "seed")
+TOLD_BY = ("origin", "added", "init", "optimizer", "settings", "seed")
 """What a name says where it differs among models of one type."""
+
+
+class Named(Protocol):
+    """What a name is made of: see `SavedModel`."""
+
+    @property
+    def kind(self) -> str:
+        """Its type."""
+
+    @property
+    def facts(self) -> dict[str, Any]:
+        """What is known of how it was made."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -40,22 +53,6 @@ class SavedModel:
     facts: dict[str, Any]
 
 
-def find_models(given: list[str]) -> list[SavedModel]:
-    """Load the models of output folders.
-
-    Args:
-        given: folders, globs, folders of multiruns (all models below them), or files in such folders.
-
-    Raises:
-        InputError: one of them leads to no model.
-    """
-    folders = list(dict.fromkeys(folder for pattern in given for folder in _folders(pattern)))
-    if not folders:
-        raise InputError("runs=[]: give at least one output folder of a train or refine command")
-    models = [_load(folder) for folder in folders]
-    return [replace(model, name=name) for model, name in zip(models, distinct_names(models), strict=True)]
-
-
 def find_model(key: str, given: str) -> SavedModel:
     """Load the one model of an output folder.
 
@@ -66,10 +63,10 @@ def find_model(key: str, given: str) -> SavedModel:
     Raises:
         InputError: it leads to no model, or to several.
     """
-    folders = _folders(given, key)
+    folders = model_folders(given, key, (MODEL_FILE,))
     if len(folders) > 1:
         raise InputError(f"{key}={given}: {len(folders)} models in and below it; one is needed, such as {folders[0]}")
-    return _load(folders[0])
+    return load_saved(folders[0])
 
 
 def folder_settings(arguments: list[str]) -> list[str]:
@@ -77,18 +74,33 @@ def folder_settings(arguments: list[str]) -> list[str]:
     return [f"model.folder={one.removeprefix('model=')}" if one.startswith("model=") else one for one in arguments]
 
 
-def _folders(pattern: str, key: str = "runs") -> list[Path]:
-    matches = sorted((Path(path) for path in glob.glob(pattern, recursive=True)), key=_natural)  # noqa: PTH207 (Path.glob takes no absolute pattern)
-    found = [folder for path in matches or [Path(pattern)] for folder in _below(path.parent if path.is_file() else path)]
+def model_folders(pattern: str, key: str, files: tuple[str, ...]) -> list[Path]:
+    """The folders that a setting leads to.
+
+    Args:
+        pattern: a folder, a glob, a folder of a multirun (all models below it), or a file in such a folder.
+        key: of the setting, for the message.
+        files: a folder with one of these holds a model.
+
+    Raises:
+        InputError: there is none.
+    """
+    found = [folder for top in tops(pattern) for folder in _below(top, files)]
     if not found:
-        raise InputError(f"{key}: {pattern}: no {MODEL_FILE} in or below it; give the output folder of a train or refine command")
+        raise InputError(f"{key}: {pattern}: no {' or '.join(files)} in or below it; give the output folder of a train or refine command")
     return found
 
 
-def _below(top: Path) -> list[Path]:
-    if (top / MODEL_FILE).is_file():
+def tops(pattern: str) -> list[Path]:
+    """The folders that a pattern names, or that hold the files that it names."""
+    matches = sorted((Path(path) for path in glob.glob(pattern, recursive=True)), key=_natural)  # noqa: PTH207 (Path.glob takes no absolute pattern)
+    return list(dict.fromkeys(path.parent if path.is_file() else path for path in matches or [Path(pattern)]))
+
+
+def _below(top: Path, files: tuple[str, ...]) -> list[Path]:
+    if any((top / file).is_file() for file in files):
         return [top]
-    return [file.parent for file in sorted(top.rglob(MODEL_FILE), key=_natural)]
+    return sorted({found.parent for file in files for found in top.rglob(file)}, key=_natural)
 
 
 def _natural(path: Path) -> list[tuple[int, str]]:
@@ -96,7 +108,8 @@ def _natural(path: Path) -> list[tuple[int, str]]:
     return [(int(part or 0), text) for part, text in re.findall(r"(\d*)(\D*)", str(path))]
 
 
-def _load(folder: Path) -> SavedModel:
+def load_saved(folder: Path) -> SavedModel:
+    """The model in a folder, and what the result file beside it says."""
     facts: dict[str, Any] = {}
     for name in RESULTS:
         if (folder / name).is_file():
@@ -106,7 +119,7 @@ def _load(folder: Path) -> SavedModel:
     return SavedModel(kind, kind, folder, module, facts)
 
 
-def distinct_names(models: list[SavedModel]) -> list[str]:
+def distinct_names(models: Sequence[Named]) -> list[str]:
     """The models' types, each with what differs between its bearers, and at last a number."""
     names = [model.kind for model in models]
     told = [_told(model) for model in models]
@@ -119,13 +132,13 @@ def distinct_names(models: list[SavedModel]) -> list[str]:
     return [_numbered(name, seen) for name in names]
 
 
-def _told(model: SavedModel) -> dict[str, str]:
+def _told(model: Named) -> dict[str, str]:
     """What may go into a name, empty where there is nothing to say."""
     facts, ladder = model.facts, model.facts.get("ladder")
     # What is solved without a start has nothing to draw: its seed decides nothing.
     seed = "" if facts.get("init") is None or facts.get("seed") is None else f"seed{facts['seed']}"
     added = "_".join(str(step["added"]) for step in ladder or [] if step.get("added"))
-    plain = {key: str(facts.get(key) or "") for key in ("init", "optimizer")}
+    plain = {key: str(facts.get(key) or "") for key in ("init", "optimizer", "settings")}
     return {"origin": "" if ladder is None else "refined", "added": added, **plain, "seed": seed}
 
 

@@ -89,6 +89,26 @@ def layout(path: Path, present: Sequence[str], columns: Mapping[str, str | None]
     return replace(found, notes=tuple(notes))
 
 
+def prediction_sources(path: Path, present: Sequence[str], unit: str, time: str | None = None) -> tuple[Source, Source]:
+    """Finds time and predicted error in a file of predictions.
+
+    Args:
+        path: the file, for messages.
+        present: the names in its header.
+        unit: suffix of the unit that is wanted; another one of the same quantity is converted.
+        time: what the measurement files call the time; taken where this file has it as well.
+
+    Raises:
+        InputError: there is no such column.
+    """
+    names = {f"predicted_error_{one}": one for one in (unit, *units.suffixes(units.UNITS[unit].quantity))}
+    found = next((name for name in names if name in present), None)
+    if found is None:
+        raise InputError(f"{path}: no column 'predicted_error_{unit}' (to be subtracted from the output); its columns: {', '.join(present)}")
+    mapped = {"time": time} if time in present and time is not None else {}
+    return _required(path, present, mapped, "time", "time_s", "s"), Source("predicted", found, names[found], unit)
+
+
 def keep_shared(layouts: Sequence[Layout]) -> list[Layout]:
     """Leaves out thermometers and inputs that not all the runs have, with a note in the runs that had them.
 

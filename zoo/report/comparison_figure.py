@@ -1,4 +1,4 @@
-"""Models side by side: RMS by stage as bars, what each leaves of a run as curves."""
+"""Methods side by side: every seed's RMS on one axis, and RMS by run and stage; beside each the noise floor."""
 
 from __future__ import annotations
 
@@ -6,95 +6,159 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from zoo.report.canvas import blank, curve, panel
-from zoo.report.palette import MEASURED
+from zoo.report.canvas import DENSE, blank, panel
+from zoo.report.palette import FLOOR, INK, MEASURED, MUTED
+from zoo.report.wording import Scale, significant
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from matplotlib.axes import Axes
+    from matplotlib.axis import Axis
     from matplotlib.figure import Figure
 
+UNCOMPENSATED, FLOOR_NAME = "uncompensated", "noise floor"
 COLORS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#1d2733", "#F0E442")
 """Okabe & Ito (2008); the uncompensated error is grey."""
-OTHERS = "#dfe4e9"
-"""Where there are more models than colours, the best are coloured."""
-WIDTH, HEIGHT, HEAD, FOOT, INDENT = 740, 150, 40, 16, 12
+OTHERS = "#c3cbd3"
+"""Where there are more methods than colours, the best are coloured."""
+WIDTH, HEIGHT, HEAD, FOOT, INDENT, LEFT = 740, 150, 40, 16, 12, 62
+STAGES_WIDE = 570
+"""Two of them stand side by side on the page."""
 LETTER, HANDLE = 7, 46
 """Width of an entry of the legend: so much a letter, and so much for its mark [px]."""
+ROW, NAMES, LONGEST = 34, 200, 26
+SPREAD = 6.0
+"""A wider range of values is drawn on a logarithmic axis."""
+SHOWN = 40
+"""Rows of the figure of seeds."""
 
 
-def colors_of(pooled: dict[str, float]) -> dict[str, str]:
-    """A colour for every column, no two alike but those of the models that are not among the best.
-
-    Args:
-        pooled: RMS over all runs by column, the uncompensated error first.
-    """
-    first, *models = pooled
-    best = sorted(models, key=lambda name: pooled[name])[: len(COLORS)]
-    coloured = dict(zip((name for name in models if name in best), COLORS, strict=False))
-    return {first: MEASURED} | {name: coloured.get(name, OTHERS) for name in models}
-
-
-def rms_figure(rows: list[dict[str, Any]], pooled: dict[str, float], unit: str) -> Figure:
-    """Bars: one panel a run, one group a stage, one bar a model.
+def colors_of(names: list[str]) -> dict[str, str]:
+    """A colour for every name, no two alike but those that are not among the best.
 
     Args:
-        rows: ``{"run": ..., "stage": ..., COLUMN: rms [output's unit]}``.
-        pooled: RMS over all runs by column, the uncompensated error first [output's unit].
-        unit: the output's unit as usually written.
+        names: of the methods, best first.
     """
-    runs, colors = list(dict.fromkeys(row["run"] for row in rows)), colors_of(pooled)
-    head = HEAD + _legend_height(colors)
-    figure = blank(WIDTH, head + (HEIGHT + HEAD + FOOT) * len(runs))
+    coloured = dict(zip(names, COLORS, strict=False))
+    return {UNCOMPENSATED: MEASURED} | {name: coloured.get(name, OTHERS) for name in names}
+
+
+def seeds_figure(methods: list[dict[str, Any]], uncompensated: float, floor: float, scale: Scale) -> Figure:
+    """One row a method: a point a seed, the 90 % range, the median with its 95 % interval; the noise floor as a line.
+
+    Args:
+        methods: as in `comparison.json`, best first.
+        uncompensated: RMS of the error as measured [output's unit].
+        floor: noise floor [output's unit].
+        scale: how values are written.
+    """
+    shown, colors = methods[:SHOWN], colors_of([one["name"] for one in methods])
+    rows = len(shown) + 1
+    figure = blank(WIDTH, 84 + ROW * rows)
+    axes = panel(figure, (NAMES, 38, WIDTH - NAMES - 70, ROW * rows))
+    axes.axvline(floor * scale.factor, color=FLOOR, lw=1.6, label="noise floor", zorder=1)
+    for place, one in enumerate(shown):
+        _seeds_row(axes, place, one, colors[one["name"]], scale)
+    axes.plot([uncompensated * scale.factor], [rows - 1], "D", color=MEASURED, ms=8)
+    _beside(axes, scale.text(uncompensated), uncompensated * scale.factor, rows - 1, MUTED)
+    everything = [value * scale.factor for one in shown for value in (*one["by_seed"], *(one["rms"]["interval"] or ()))]
+    kind = _scaled(axes.xaxis, [*everything, floor * scale.factor, uncompensated * scale.factor])
+    title = f"RMS over all runs [{scale.label}], {kind}"
+    axes.annotate(title, (0, 1), (INDENT - NAMES, 10), "axes fraction", textcoords="offset points", fontsize=11, weight="bold")
+    axes.set_yticks(range(rows), [*(_short(one["name"]) for one in shown), UNCOMPENSATED], color=INK)
+    axes.set_ylim(rows - 0.45, -0.55)
+    axes.grid(visible=False, axis="y")
+    axes.legend(loc="lower right", bbox_to_anchor=(1, 1.0), borderpad=0.9)
+    return figure
+
+
+def _seeds_row(axes: Axes, place: int, one: dict[str, Any], color: str, scale: Scale) -> None:
+    values = np.array(one["by_seed"]) * scale.factor
+    spread = {key: one["rms"][key] * scale.factor for key in ("median", "low", "high")}
+    if len(values) > 1:
+        # A fixed pattern keeps neighbours apart; chance would move them from one page to the next.
+        order = np.argsort(np.argsort(values))
+        lift = 0.27 * (((order * 0.618034) % 1.0) - 0.5)
+        axes.plot(values, place + lift, "o", color=color, ms=3.2, alpha=0.45, mew=0, rasterized=len(values) > DENSE)
+        axes.plot([spread["low"], spread["high"]], [place, place], color=color, lw=1.4)
+    ends = one["rms"]["interval"]
+    if ends is not None:
+        axes.plot([end * scale.factor for end in ends], [place, place], color=color, lw=6, alpha=0.4, solid_capstyle="butt")
+    axes.plot([spread["median"]], [place], "o", color=color, ms=8, mec="white", mew=0.8, zorder=3)
+    furthest = max(spread["median"], *values, *(end * scale.factor for end in ends or ()))
+    _beside(axes, scale.text(one["rms"]["median"]), furthest, place, INK)
+
+
+def _beside(axes: Axes, text: str, x: float, y: float, color: str) -> None:
+    axes.annotate(text, (x, y), (9, 0), textcoords="offset points", va="center", color=color, fontsize=11, zorder=4)
+
+
+def _short(name: str) -> str:
+    return name if len(name) <= LONGEST else f"{name[: LONGEST - 1]}…"
+
+
+def stages_figure(rows: list[dict[str, Any]], names: list[str], floors: dict[str, float], scale: Scale) -> Figure:
+    """One panel a run, one group a stage, a mark a method with its 90 % range over seeds; the noise floor as a line.
+
+    Args:
+        rows: ``{"run": ..., "stage": ..., NAME: (median, low, high) [output's unit]}``.
+        names: of the methods, best first; the best have colours and are drawn.
+        floors: noise floor by run [output's unit].
+        scale: how values are written.
+    """
+    runs, colors = list(dict.fromkeys(row["run"] for row in rows)), colors_of(names[: len(COLORS)])
+    head = HEAD + 18 * -(-(len(colors) + 1) // legend_columns([*colors, FLOOR_NAME], STAGES_WIDE))
+    figure = blank(STAGES_WIDE, head + (HEIGHT + HEAD + FOOT) * len(runs))
     for index, run in enumerate(runs):
-        axes = panel(figure, (62, head + index * (HEIGHT + HEAD + FOOT), 664, HEIGHT), f"{run}: RMS of the error [{unit}]", INDENT)
         chosen = [row for row in rows if row["run"] == run]
-        for place, (column, color) in enumerate(colors.items()):
+        axes = panel(
+            figure, (LEFT, head + index * (HEIGHT + HEAD + FOOT), STAGES_WIDE - LEFT - 14, HEIGHT), f"{run}: RMS of the error [{scale.label}]", INDENT
+        )
+        for place, (name, color) in enumerate(colors.items()):
             offset = (place - (len(colors) - 1) / 2) * 0.8 / len(colors)
-            axes.bar(np.arange(len(chosen)) + offset, [row[column] for row in chosen], 0.8 / len(colors), color=color)
+            for group, row in enumerate(chosen):
+                median, low, high = (value * scale.factor for value in row[name])
+                axes.plot([group + offset] * 2, [low, high], color=color, lw=2.2, solid_capstyle="butt")
+                axes.plot([group + offset], [median], "D" if name == UNCOMPENSATED else "o", color=color, ms=6)
+        if run in floors:
+            axes.axhline(floors[run] * scale.factor, color=FLOOR, lw=1.4, zorder=1)
+        levels = [value * scale.factor for row in chosen for name in colors for value in row[name]]
+        _scaled(axes.yaxis, [*levels, *([floors[run] * scale.factor] if run in floors else [])])
+        axes.set_xlim(-0.5, len(chosen) - 0.5)
         axes.set_xticks(range(len(chosen)), [row["stage"] for row in chosen])
         axes.grid(visible=False, axis="x")
-    _legend(figure, colors, thick=8)
+    legend_above(figure, colors | {FLOOR_NAME: FLOOR}, STAGES_WIDE)
     return figure
 
 
-def residual_figure(run: str, hours: np.ndarray, left: dict[str, np.ndarray], unit: str, colors: dict[str, str]) -> Figure:
-    """Curves: what every model leaves of one run, and the error without any.
+def _scaled(axis: Axis, values: list[float]) -> str:
+    """Sets one axis so that all values and what is written beside them fit, and says what kind it is."""
+    from matplotlib.ticker import FuncFormatter, LogLocator, NullLocator
 
-    Args:
-        run: its name.
-        hours: (N,) [h].
-        left: (N,) residual by column [output's unit], the uncompensated error first.
-        unit: the output's unit as usually written.
-        colors: by column, see `colors_of`.
-    """
-    head = HEAD + _legend_height(colors)
-    figure = blank(WIDTH, head + 300)
-    axes = panel(figure, (62, head, 664, 250), f"{run}: what is left of the error [{unit}]", INDENT)
-    for place, (name, value) in enumerate(left.items()):
-        axes.plot(*curve(hours, value), color=colors[name], lw=1.6 if place == 0 else 1.1, zorder=1.9 if colors[name] == OTHERS else 2)
-    axes.set_xlabel("Time [h]")
-    _legend(figure, colors, thick=2)
-    return figure
-
-
-def _entries(colors: dict[str, str]) -> dict[str, str]:
-    """What the legend names: every column with a colour of its own, and the others together."""
-    others = sum(color == OTHERS for color in colors.values())
-    together = {f"{others} others": OTHERS} if others else {}
-    return {name: color for name, color in colors.items() if color != OTHERS} | together
+    sideways = axis is axis.axes.xaxis
+    set_limits = axis.axes.set_xlim if sideways else axis.axes.set_ylim
+    positive = [value for value in values if value > 0]
+    low, high = min(positive, default=1.0), max(positive, default=1.0)
+    if high / low <= SPREAD:
+        set_limits(0, 1.15 * high)
+        return "linear axis"
+    (axis.axes.set_xscale if sideways else axis.axes.set_yscale)("log")
+    set_limits(low / 1.3, high * (1.5 if sideways else 1.3))
+    axis.set_major_locator(LogLocator(subs=(1.0,) if high / low > 300 else (1.0, 2.0, 5.0)))
+    axis.set_major_formatter(FuncFormatter(lambda value, _: significant(value, 1)))
+    axis.set_minor_locator(NullLocator())
+    return "logarithmic axis"
 
 
-def _legend_columns(colors: dict[str, str]) -> int:
-    longest = max(len(name) for name in _entries(colors))
-    return max(1, min(4, len(_entries(colors)), WIDTH // (LETTER * longest + HANDLE)))
+def legend_columns(names: Sequence[str], width: int = WIDTH) -> int:
+    """How many names fit side by side in a figure of this width [px]."""
+    return max(1, min(4, len(names), width // (LETTER * max(len(name) for name in names) + HANDLE)))
 
 
-def _legend_height(colors: dict[str, str]) -> int:
-    return 18 * -(-len(_entries(colors)) // _legend_columns(colors))
-
-
-def _legend(figure: Figure, colors: dict[str, str], thick: int) -> None:
+def legend_above(figure: Figure, colors: dict[str, str], width: int = WIDTH) -> None:
+    """All names with their colours, at the figure's top."""
     from matplotlib.lines import Line2D
 
-    entries = _entries(colors)
-    marks = [Line2D([], [], color=color, lw=thick, solid_capstyle="butt") for color in entries.values()]
-    figure.legend(marks, list(entries), loc="upper right", ncols=_legend_columns(colors), borderaxespad=0.6)
+    marks = [Line2D([], [], color=color, lw=4, solid_capstyle="butt") for color in colors.values()]
+    figure.legend(marks, list(colors), loc="upper right", ncols=legend_columns(list(colors), width), borderaxespad=0.6)

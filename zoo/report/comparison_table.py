@@ -1,4 +1,4 @@
-"""Models side by side on the terminal: a table a run, a row a model, a column a kind of stage."""
+"""Methods side by side on the terminal: a table a run, a row a method, a column a kind of stage; then all runs, and the differences."""
 
 from __future__ import annotations
 
@@ -8,52 +8,86 @@ from rich.console import Console
 from rich.table import Table
 from rich.text import Text
 
+from zoo.report.comparison_figure import UNCOMPENSATED
+from zoo.report.comparison_page import stage_rows
+from zoo.report.comparison_words import statement
+from zoo.report.wording import times
+from zoo.units import symbol
+
 UNLIMITED = 10_000
 EVERYWHERE = "all runs"
-"""What the pooled RMS is headed by."""
+STATED = 6
+"""Pairs put into words; the page has the others."""
 
 
-def print_comparison(title: str, rows: list[dict[str, Any]], columns: list[str], pooled: dict[str, float], console: Console | None = None) -> None:
-    """Print one table a run, and the RMS over all where there are several. Numbers are never cut, however narrow the terminal.
+def print_comparison(document: dict[str, Any], console: Console | None = None) -> None:
+    """Print one table a run, and one of all with the noise floor. Numbers are never cut, however narrow the terminal.
 
     Args:
-        title: quantity and unit.
-        rows: ``{"run": ..., "stage": ..., "blocks": ..., COLUMN: rms}``, one a run and stage.
-        columns: the uncompensated error first, then the models.
-        pooled: RMS over all runs by column.
+        document: `comparison.json`.
         console: to print on; by default the standard output.
     """
     out = console or Console(highlight=False)
-    out.print(Text(f"\n{title}", style="bold"))
-    tables = [_table(run, [row for row in rows if row["run"] == run], columns) for run in dict.fromkeys(row["run"] for row in rows)]
-    if len(tables) > 1:
-        tables.append(_table(EVERYWHERE, [{"stage": "whole", **pooled}], columns))
+    title = f"RMS of the error [{symbol(document['unit'])}], {document['average_s']:g} s means"
+    out.print(Text(f"\n{title}{', median over seeds' if any(one['distinct'] > 1 for one in document['methods']) else ''}", style="bold"))
+    labels, rows = _labels(document), stage_rows(document)
+    runs = [run for run in dict.fromkeys(row["run"] for row in rows) if run != EVERYWHERE]
+    tables = [*(_table(run, [row for row in rows if row["run"] == run], labels) for run in runs), _summary(document, labels)]
     # A file or a pipe has no width, and a line that is too long is better than numbers cut in the middle.
     needed = max(out.measure(table, options=out.options.update(width=UNLIMITED)).maximum for table in tables)
     for table in tables:
         out.print()
         out.print(table, width=None if out.is_terminal else max(needed, out.width), crop=False)
+    out.print()
+    for pair in document["pairs"][:STATED]:
+        out.print(Text(f"{statement(pair)}."))
 
 
-def _table(run: str, rows: list[dict[str, Any]], columns: list[str]) -> Table:
+def _labels(document: dict[str, Any]) -> dict[str, str]:
+    """What is shown, by the methods' names: with how many models there are."""
+    labels = {UNCOMPENSATED: UNCOMPENSATED}
+    for one in document["methods"]:
+        count = f" ({one['distinct']} seeds)" if one["distinct"] > 1 else f" ({len(one['models'])} ×)" if len(one["models"]) > 1 else ""
+        labels[one["name"]] = one["name"] + count
+    return labels
+
+
+def _table(run: str, rows: list[dict[str, Any]], labels: dict[str, str]) -> Table:
     """Best values are bold; names are folded where the line is too short."""
-    table = Table(box=None, pad_edge=False, padding=(0, 2, 0, 0), header_style="dim")
-    table.add_column(Text(run, style="bold not dim"), overflow="fold", min_width=8)
+    table = _blank(run)
     for row in rows:
-        table.add_column(row["stage"], justify="right", no_wrap=True, min_width=_widest(row, columns))
-    if all("blocks" in row for row in rows):
-        table.add_row(Text("blocks", style="dim"), *(Text(str(row["blocks"]), style="dim") for row in rows))
-    for name in columns:
-        table.add_row(Text(name), *(_cell(row, name, columns) for row in rows))
+        table.add_column(
+            row["stage"], justify="right", no_wrap=True, min_width=max(len(row["stage"]), *(len(_number(row[name][0])) for name in labels))
+        )
+    table.add_row(Text("blocks", style="dim"), *(Text(str(row["blocks"]), style="dim") for row in rows))
+    for name, label in labels.items():
+        table.add_row(Text(label), *(_cell(row[name][0], min(row[one][0] for one in labels)) for row in rows))
     return table
 
 
-def _widest(row: dict[str, Any], columns: list[str]) -> int:
-    return max(len(row["stage"]), *(len(_number(row[name])) for name in columns))
+def _summary(document: dict[str, Any], labels: dict[str, str]) -> Table:
+    """All runs: the median, the range of 90 % of the seeds, and the distance from the noise."""
+    table = _blank(EVERYWHERE)
+    for head in ("RMS", "90 % of seeds", "× floor"):
+        table.add_column(head, justify="right", no_wrap=True)
+    bare, floor = document["rms"][UNCOMPENSATED], document["noise_floor"]
+    table.add_row(Text("noise floor", style="dim"), Text(_number(floor), style="dim"), "", "")
+    table.add_row(UNCOMPENSATED, _number(bare), "", times(bare / floor))
+    best = document["methods"][0]["rms"]["median"]
+    for one in document["methods"]:
+        spread = f"{_number(one['rms']['low'])} … {_number(one['rms']['high'])}" if one["distinct"] > 1 else ""
+        table.add_row(Text(labels[one["name"]]), _cell(one["rms"]["median"], best), spread, times(one["excess"]))
+    return table
 
 
-def _cell(row: dict[str, Any], name: str, columns: list[str]) -> Text:
-    return Text(_number(row[name]), style="bold" if row[name] == min(row[one] for one in columns) else "")
+def _blank(head: str) -> Table:
+    table = Table(box=None, pad_edge=False, padding=(0, 2, 0, 0), header_style="dim")
+    table.add_column(Text(head, style="bold not dim"), overflow="fold", min_width=8)
+    return table
+
+
+def _cell(value: float, best: float) -> Text:
+    return Text(_number(value), style="bold" if value == best else "")
 
 
 def _number(value: float) -> str:

@@ -62,12 +62,13 @@ def _add_figures(writer: SummaryWriter, diagnosis: Record, traces: list[Trace], 
     where, sides = diagnosis.get("where") or [], REFINED if refinement and len(rungs) > 1 else DIAGNOSED
     with styled():
         if rungs:
-            _add_figure(writer, "ladder", ladder_figure(rungs, scale, floors))
+            add_image(writer, "ladder", ladder_figure(rungs, scale, floors))
         for trace in worst_first([trace for trace in traces if len(trace.time_s)])[:RUNS_DRAWN]:
-            _add_figure(writer, f"runs/{trace.run}", time_figure(trace, shades(where, trace.run), scale, floors.of(trace.role), sides))
+            add_image(writer, f"runs/{trace.run}", time_figure(trace, shades(where, trace.run), scale, floors.of(trace.role), sides))
 
 
-def _add_figure(writer: SummaryWriter, tag: str, figure: Figure) -> None:
+def add_image(writer: SummaryWriter, tag: str, figure: Figure) -> None:
+    """Put a figure into an event file."""
     # SummaryWriter.add_figure imports pyplot, and compresses through PIL what matplotlib has just drawn.
     from tensorboard.compat.proto.summary_pb2 import Summary
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
@@ -53,17 +54,18 @@ def time_figure(trace: Trace, shades: list[Shade], scale: Scale, floor: float | 
     temperature = panel(figure, (LEFT, 248, INNER, 74), "Temperature [°C]", sharex=error)
     residual = panel(figure, (LEFT, 364, INNER, 150), f"Residual [{scale.label}]", sharex=error)
     _draw_error(error, trace, scale.factor, sides)
-    _draw_temperature(temperature, trace)
+    draw_temperature(temperature, trace.hours, trace.temperature_c, trace.stage)
     _draw_residual(residual, trace, scale.factor, floor, sides)
     for axes in (error, temperature):
         axes.tick_params(labelbottom=False)
-    residual.set_xlim(*_limits(trace.hours))
+    residual.set_xlim(*limits(trace.hours))
     _shade([error, residual], shades, trace.hours)
     residual.set_xlabel("Time [h]")
     return figure
 
 
-def _limits(hours: np.ndarray) -> tuple[float, float]:
+def limits(hours: np.ndarray) -> tuple[float, float]:
+    """From where to where a run's axis reaches [h]."""
     step = usual_step(hours) or 0.1
     return float(hours[0]) - step / 2, float(hours[-1]) + step / 2
 
@@ -73,7 +75,7 @@ def _draw_error(axes: Axes, trace: Trace, factor: float, sides: Sides) -> None:
     axes.plot(*curve(trace.hours, trace.model * factor), color=MODEL, lw=1.1, label=f"model {sides.stands}")
     if trace.refined is not None:
         axes.plot(*curve(trace.hours, trace.refined * factor), color=REFINED, lw=1.1, label=sides.added)
-    _legend(axes)
+    legend(axes)
 
 
 def _draw_residual(axes: Axes, trace: Trace, factor: float, floor: float | None, sides: Sides) -> None:
@@ -82,21 +84,29 @@ def _draw_residual(axes: Axes, trace: Trace, factor: float, floor: float | None,
     axes.plot(*curve(trace.hours, trace.residual * factor), color=MODEL, lw=1.0, label=sides.stands)
     if trace.residual_after is not None:
         axes.plot(*curve(trace.hours, trace.residual_after * factor), color=REFINED, lw=1.0, label=sides.added)
-    _legend(axes)
+    legend(axes)
 
 
-def _draw_temperature(axes: Axes, trace: Trace) -> None:
-    """The curve in the colours of the stages; each piece reaches to the next one's first block, so that no gaps show but those in the recording."""
-    kinds = np.array(trace.stage)
+def draw_temperature(axes: Axes, hours: np.ndarray, temperature_c: np.ndarray, stage: Sequence[str]) -> None:
+    """The curve in the colours of the stages; each piece reaches to the next one's first block, so that no gaps show but those in the recording.
+
+    Args:
+        axes: to draw on.
+        hours: (N,) time [h].
+        temperature_c: (N,) [°C].
+        stage: kind of stage of each of the N blocks.
+    """
+    kinds = np.array(stage)
     for kind, (color, _) in STAGES.items():
         here = kinds == kind
         here[1:] |= here[:-1]
         if here.any():
-            axes.plot(*interrupted(trace.hours, np.where(here, trace.temperature_c, np.nan)), color=color, lw=1.8, label=kind)
-    _legend(axes)
+            axes.plot(*interrupted(hours, np.where(here, temperature_c, np.nan)), color=color, lw=1.8, label=kind)
+    legend(axes)
 
 
-def _legend(axes: Axes) -> None:
+def legend(axes: Axes) -> None:
+    """Names above the panel's right end."""
     axes.legend(loc="lower right", bbox_to_anchor=(1, 1.0), bbox_transform=axes.transAxes, ncols=4, borderpad=0.35, handlelength=1.6)
 
 

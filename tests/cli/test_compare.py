@@ -1,0 +1,192 @@
+"""`compare` on models, exported files and predictions made elsewhere, as a user types it."""
+
+import csv
+import json
+import os
+import sys
+import warnings
+from pathlib import Path
+from unittest import mock
+
+import numpy as np
+import pytest
+import torch
+
+from zoo.catalog import load_model
+from zoo.cli import application
+from zoo.measurements.read import read_runs
+from zoo.measurements.write import write_measurements
+from zoo.models.base import Model
+
+SEEDS = 6
+
+
+def run(verb: str, *arguments: str) -> int:
+    with mock.patch.object(sys, "argv", []), mock.patch.dict(os.environ, {"HYDRA_FULL_ERROR": "0"}):
+        return application.run(verb, list(arguments))
+
+
+@pytest.fixture(scope="module")
+def recordings(tmp_path_factory) -> Path:
+    """a.csv to fit, check.csv and later.csv on other programs."""
+    folder = tmp_path_factory.mktemp("recordings")
+    chance = torch.Generator().manual_seed(1)
+    for name, high in (("a", 60.0), ("check", 40.0), ("later", 50.0)):
+        time = torch.arange(10.0, 4 * 3600, 20.0, dtype=torch.float64)
+        temperature = 20 + (high - 20) * ((time / 3600 - 1).clamp(0, 1) - (time / 3600 - 3).clamp(0, 1))
+        rate = torch.gradient(temperature, spacing=(time / 60,))[0]
+        error = 0.2 * torch.tanh((temperature - 35) / 8) - 0.1 * rate + 0.01 * torch.randn(len(time), generator=chance, dtype=torch.float64)
+        write_measurements(folder / f"{name}.csv", {"time_s": time, "temperature_c": temperature, "rate_dph": error})
+    return folder
+
+
+@pytest.fixture(scope="module")
+def sweep(recordings, tmp_path_factory) -> Path:
+    """Six seeds of two networks and one line; one more job failed and one was killed."""
+    out = tmp_path_factory.mktemp("sweep")
+    fit = [f"data.files=[{recordings / 'a.csv'}]", "data.average_s=100"]
+    assert run("train", "-m", "model=bp", "model.hidden=2,9", f"seed=range(1,{SEEDS + 1})", "epochs=60", *fit, f"hydra.sweep.dir={out}") == 0
+    assert run("train", "model=polynomial", *fit, f"hydra.run.dir={out / 'line'}") == 0
+    assert run("train", "model=polynomial", "seed=2", *fit, f"hydra.run.dir={out / 'line_again'}") == 0
+    for job, kept in (("failed", [".hydra"]), ("killed", [".hydra", "model.yaml", "weights.pt"])):
+        for name in kept:
+            there = out / "0" / name
+            for file in [there] if there.is_file() else there.iterdir():
+                copy = out / job / file.relative_to(out / "0")
+                copy.parent.mkdir(parents=True, exist_ok=True)
+                copy.write_bytes(file.read_bytes())
+    return out
+
+
+def compare(out: Path, *arguments: str) -> dict:
+    assert run("compare", *arguments, f"hydra.run.dir={out}") == 0
+    return json.loads((out / "comparison.json").read_text())
+
+
+def rows(out: Path) -> list[dict[str, str]]:
+    with (out / "comparison.csv").open() as file:
+        return list(csv.DictReader(file))
+
+
+def test_models_that_differ_by_their_seed_are_one_method(recordings, sweep, tmp_path, capsys) -> None:
+    document = compare(tmp_path, f"runs=[{sweep}]", f"data.files=[{recordings / 'check.csv'}]")
+    methods = {one["name"]: one for one in document["methods"]}
+    assert set(methods) == {"bp_hidden2", "bp_hidden9", "polynomial"}
+    for name in ("bp_hidden2", "bp_hidden9"):
+        one = methods[name]
+        assert one["seeds"] == list(range(1, SEEDS + 1))
+        values = np.array([document["rms"][model] for model in one["models"]])
+        assert one["by_seed"] == pytest.approx(list(values))
+        assert one["rms"]["median"] == pytest.approx(np.median(values))
+        assert (one["rms"]["low"], one["rms"]["high"]) == pytest.approx(tuple(np.quantile(values, [0.05, 0.95])))
+        assert abs(document["rms"][one["typical"]] - np.median(values)) == pytest.approx(np.abs(values - np.median(values)).min())
+        whole = next(row for row in one["rows"] if row["stage"] == "whole")
+        assert whole["median"] == pytest.approx(one["rms"]["median"])
+    assert methods["polynomial"]["distinct"] == 1  # solved: two seeds, one model
+    assert methods["polynomial"]["interval_over"] == "time"
+    said = capsys.readouterr()
+    assert said.err.count("skipped") == 1
+    assert document["skipped"] == [str(sweep / "failed"), str(sweep / "killed")]
+    assert "bp_hidden2 (6 seeds)" in said.out
+    page = (tmp_path / "comparison.html").read_text()
+    assert document["statement"].replace("_", "_<wbr>") in page
+    assert "http" not in page.replace("http://www.w3.org", "")  # nothing is fetched
+    assert {"comparison.png", "seeds.png", "residual_check.png", "tensorboard"} <= {path.name for path in tmp_path.iterdir()}
+
+
+def test_an_ensemble_is_its_single_trainings(recordings, sweep, tmp_path) -> None:
+    """Six seeds trained at once and six trained alone are the same method, each seed against itself."""
+    settings = ["model=bp", "model.hidden=9", "epochs=60", f"data.files=[{recordings / 'a.csv'}]", "data.average_s=100"]
+    assert run("train", *settings, f"seeds={SEEDS}", f"hydra.run.dir={tmp_path / 'together'}") == 0
+    alone = ",".join(str(sweep / str(SEEDS + i)) for i in range(SEEDS))
+    document = compare(tmp_path / "out", f"runs=[{tmp_path / 'together'},{alone}]", f"data.files=[{recordings / 'check.csv'}]")
+    first, second = document["methods"]
+    assert first["seeds"] == second["seeds"] == list(range(1, SEEDS + 1))
+    assert first["by_seed"] == pytest.approx(second["by_seed"], rel=1e-6)
+
+
+def test_the_noise_floor_is_that_of_the_recording(recordings, sweep, tmp_path) -> None:
+    """White noise of 0.01 in rows of 20 s makes 0.01/√5 in means of 100 s; 144 blocks know it to a tenth."""
+    document = compare(tmp_path, f"runs=[{sweep / 'line'}]", f"data.files=[{recordings / 'check.csv'}]")
+    assert document["noise_floor"] == pytest.approx(0.01 / 5**0.5, rel=0.12)
+    assert document["methods"][0]["excess"] == pytest.approx(document["rms"]["polynomial"] / document["noise_floor"])
+
+
+def test_order_does_not_matter(recordings, sweep, tmp_path) -> None:
+    files = f"data.files=[{recordings / 'check.csv'},{recordings / 'later.csv'}]"
+    jobs = [str(sweep / str(i)) for i in range(2 * SEEDS)]
+    here = compare(tmp_path / "here", f"runs=[{','.join(jobs)}]", files)
+    there = compare(tmp_path / "there", f"runs=[{','.join(reversed(jobs))}]", files)
+    assert [one["name"] for one in here["methods"]] == [one["name"] for one in there["methods"]]
+    assert here["pairs"] == there["pairs"]
+    for one, other in zip(here["methods"], there["methods"], strict=True):
+        assert (one["rms"], one["typical"], one["where"]) == (other["rms"], other["typical"], other["where"])
+
+
+def test_predictions_equal_to_a_model_s_own_give_the_identical_row(recordings, sweep, tmp_path) -> None:
+    model, given = load_model(sweep / "3"), tmp_path / "elsewhere"
+    assert isinstance(model, Model)
+    for name in ("check", "later"):
+        one = read_runs(recordings / f"{name}.csv", average_s=None)[0]
+        write_measurements(given / f"pred_{name}.csv", {"time_s": one.time, "predicted_error_dph": model(one.select(model.inputs)).detach()})
+    files = f"data.files=[{recordings / 'check.csv'},{recordings / 'later.csv'}]"
+    for setting, called in ((f"predictions={{mymodel: {given}/pred_*.csv}}", "mymodel"), (f"predictions=[{given}]", "elsewhere")):
+        out = tmp_path / called
+        document = compare(out, f"runs=[{sweep / '3'}]", setting, files)
+        for row in rows(out):
+            assert row["bp"] == row[called]
+        assert [(pair["verdict"], pair["statement"]) for pair in document["pairs"]] == [("same", f"bp and {called} predict the same")]
+        assert "predict the same" in document["statement"]
+
+
+def test_predictions_alone_are_compared_as_well(recordings, tmp_path) -> None:
+    one = read_runs(recordings / "check.csv", average_s=None)[0]
+    write_measurements(tmp_path / "perfect.csv", {"time_s": one.time, "predicted_error_dph": one.error})
+    document = compare(tmp_path / "out", f"predictions=[{tmp_path / 'perfect.csv'}]", f"data.files=[{recordings / 'check.csv'}]")
+    assert document["rms"]["perfect"] == pytest.approx(0, abs=1e-12)
+
+
+def test_an_exported_file_is_compared_like_the_model(recordings, sweep, tmp_path) -> None:
+    folder = tmp_path / "firmware"
+    folder.mkdir()
+    model = load_model(sweep / "3")
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", DeprecationWarning)
+        torch.jit.script(model).save(str(folder / "model.ts"))
+    trained = {"runs": ["a"], "seed": 4, "average_s": 100.0}
+    facts = {"inputs": list(model.inputs), "unit": "dph", "model": "bp", "trained_on": trained}  # type: ignore[arg-type]
+    (folder / "metadata.json").write_text(json.dumps(facts))
+    for given in (folder, folder / "model.ts"):
+        out = tmp_path / f"out_{given.name}"
+        document = compare(out, f"runs=[{sweep / '3'},{given}]", f"data.files=[{recordings / 'a.csv'}]")
+        assert [one["fitted_runs"] for one in document["methods"]] == [["a"], ["a"]]
+        for row in rows(out):
+            assert row["bp"] == row["bp_exported"]
+    (folder / "metadata.json").write_text(json.dumps(facts | {"unit": "dps"}))
+    assert run("compare", f"runs=[{folder}]", f"data.files=[{recordings / 'check.csv'}]", f"hydra.run.dir={tmp_path / 'wrong'}") == 2
+
+
+def test_a_run_that_was_fitted_is_told(recordings, sweep, tmp_path) -> None:
+    document = compare(tmp_path, f"runs=[{sweep / 'line'}]", f"data.files=[{recordings / 'a.csv'},{recordings / 'check.csv'}]")
+    assert document["methods"][0]["fitted_runs"] == ["a"]
+    assert "that flatters them there" in (tmp_path / "comparison.html").read_text()
+
+
+@pytest.mark.parametrize(
+    ("settings", "words"),
+    [
+        ([], ["nothing to compare", "runs=", "predictions="]),
+        (["predictions={m: nowhere_*.csv}"], ["predictions.m", "nowhere_*.csv"]),
+        (["predictions={m: FOLDER/a.csv}"], ["predicted_error_dph", "rate_dph"]),
+        (["predictions={m: [FOLDER/a.csv, FOLDER/later.csv]}"], ["none of the files (a.csv, later.csv)", "run check", "pred_check.csv"]),
+        (["runs=[SWEEP/failed]"], ["failed", "no model"]),
+        (["runs=[SWEEP/killed]"], ["killed", "no finished model"]),
+    ],
+)
+def test_wrong_input_is_named_in_a_line(recordings, sweep, tmp_path, capsys, settings, words) -> None:
+    told = [one.replace("FOLDER", str(recordings)).replace("SWEEP", str(sweep)) for one in settings]
+    assert run("compare", *told, f"data.files=[{recordings / 'check.csv'}]", f"hydra.run.dir={tmp_path / 'out'}") == 2
+    message = capsys.readouterr().err
+    assert "Traceback" not in message
+    for word in words:
+        assert word in message

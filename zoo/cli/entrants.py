@@ -1,0 +1,189 @@
+"""What `compare` sets side by side: saved models, exported files, and predictions made elsewhere."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any, cast
+
+import torch
+import yaml  # type: ignore[import-untyped]
+from rich.console import Console
+from rich.progress import track
+from torch import Tensor
+
+from zoo.catalog import MODEL_FILE, load_members
+from zoo.cli.given_predictions import file_of
+from zoo.cli.saved_models import RESULTS, distinct_names, load_saved, model_folders, tops
+from zoo.errors import InputError, in_brief
+from zoo.export.exported import SCRIPT_FILE, load_exported
+from zoo.measurements.predictions import read_prediction
+from zoo.measurements.run import Run
+from zoo.models.base import Model
+from zoo.models.prediction import predict_blocks
+from zoo.training.members import MEMBERS_FILE
+
+MAKERS = ("train", "refine")
+"""Verbs that leave models."""
+NO_SETTINGS = ("seed", "seeds", "torch_device", "resume", "hydra", "data.check_files")
+"""What a config says that makes no other method."""
+SHORT = 24
+"""A value with more letters says nothing in a name."""
+
+
+@dataclass(frozen=True, eq=False)
+class Entrant:
+    """One that predicts.
+
+    Attributes:
+        name: its type, with what tells it from others of its type.
+        kind: its type.
+        folder: where it was found.
+        facts: what is known of how it was made, such as ``seed`` and ``unit``.
+        settings: of its method, flat, such as ``model.hidden``; empty where they are not known.
+        predict: (N,) predicted error of a run's blocks [output's unit].
+    """
+
+    name: str
+    kind: str
+    folder: Path
+    facts: dict[str, Any]
+    settings: Mapping[str, str]
+    predict: Callable[[Run, torch.device], Tensor]
+
+
+def find_entrants(runs: Sequence[str]) -> tuple[list[Entrant], list[str]]:
+    """Load the models of output folders; of an ensemble, each member.
+
+    Args:
+        runs: folders, globs, folders of multiruns (all models below them), or files in such folders.
+
+    Returns:
+        The models, and the folders of jobs that left none, as they are called below what was given.
+
+    Raises:
+        InputError: something given leads to no model.
+    """
+    files = (MODEL_FILE, SCRIPT_FILE)
+    given = ((folder, pattern.endswith(SCRIPT_FILE)) for pattern in runs for folder in model_folders(pattern, "runs", files))
+    folders = list(dict.fromkeys((folder, scripted or not (folder / MODEL_FILE).is_file()) for folder, scripted in given))
+    skipped = [str(folder) for pattern in runs for top in tops(pattern) for folder in _without_model(top, files)]
+    found: list[Entrant] = []
+    watched = Console(stderr=True)
+    for folder, scripted in track(folders, "loading", console=watched, transient=True, disable=not watched.is_terminal or len(folders) < 8):
+        unfinished = not scripted and (folder / MODEL_FILE).is_file() and not any((folder / one).is_file() for one in RESULTS) and _maker(folder)
+        try:
+            found += [] if unfinished else _loaded(folder, scripted)
+        except Exception as error:  # whatever a half-written file makes of torch and yaml: the other jobs of a sweep count all the same
+            if len(folders) == 1 or isinstance(error, ModuleNotFoundError):
+                raise InputError(f"runs: {folder}: cannot be loaded: {in_brief(error)}") from error
+            unfinished = True
+        skipped += [str(folder)] if unfinished else []
+    if folders and not found:
+        raise InputError(f"runs: {', '.join(skipped)}: no finished model there")
+    return found, list(dict.fromkeys(skipped))
+
+
+def _loaded(folder: Path, scripted: bool) -> list[Entrant]:
+    if scripted:
+        module, metadata = load_exported(folder)
+        kind, facts = f"{metadata.get('model') or 'exported'}_exported", _facts(metadata)
+        return [Entrant(kind, kind, folder, facts, dict(_flat(metadata.get("settings") or {})), _predictor(module))]
+    saved, settings = load_saved(folder), _settings(folder)
+    if not (folder / MEMBERS_FILE).is_file():
+        return [Entrant(saved.kind, saved.kind, folder, saved.facts, settings, _predictor(saved.module))]
+    members = ((seed, cast(Model, module)) for seed, module in load_members(folder))
+    return [Entrant(saved.kind, saved.kind, folder, saved.facts | {"seed": seed}, settings, _predictor(module)) for seed, module in members]
+
+
+def _facts(metadata: dict[str, Any]) -> dict[str, Any]:
+    """What an exported file's metadata tell, as a training's metrics would."""
+    trained = metadata.get("trained_on") or {}
+    told = {key: trained[key] for key in ("init", "optimizer", "seed", "average_s") if key in trained}
+    unit = {"unit": metadata["unit"]} if "unit" in metadata else {}
+    return unit | {"runs": [{"run": name} for name in trained.get("runs") or []]} | told
+
+
+def _predictor(module: Model) -> Callable[[Run, torch.device], Tensor]:
+    return lambda run, device: predict_blocks(module.to(device), run)
+
+
+def given_predictions(files: Mapping[str, list[Path]], runs: int, time: str | None) -> list[Entrant]:
+    """Predictions made elsewhere as entrants.
+
+    Args:
+        files: of each set, by its name.
+        runs: how many runs are compared.
+        time: what the measurement files call the time.
+    """
+
+    def predictor(name: str, paths: list[Path]) -> Callable[[Run, torch.device], Tensor]:
+        return lambda run, _: read_prediction(file_of(run.name, name, paths, runs), run, time)
+
+    return [Entrant(name, name, paths[0].parent, {}, {}, predictor(name, paths)) for name, paths in files.items()]
+
+
+def named(entrants: list[Entrant]) -> list[Entrant]:
+    """The same, each with a name of its own."""
+    told = [replace(one, facts=one.facts | {"settings": words}) for one, words in zip(entrants, _what_differs(entrants), strict=True)]
+    return [replace(one, name=name) for one, name in zip(told, distinct_names(told), strict=True)]
+
+
+def _what_differs(entrants: list[Entrant]) -> list[str]:
+    """The settings in which those of one type, start and optimizer differ, as ``hidden5_lr0.1``."""
+    groups: dict[tuple[Any, ...], list[Entrant]] = {}
+    for one in entrants:
+        groups.setdefault(_label(one), []).append(one)
+    keys: dict[tuple[Any, ...], list[str]] = {}
+    for label, group in groups.items():
+        every = dict.fromkeys(key for one in group for key in one.settings)
+        keys[label] = [key for key in every if len({one.settings.get(key) for one in group}) > 1]
+    return ["_".join(_short(key, one.settings[key]) for key in keys[_label(one)] if _tells(one.settings.get(key))) for one in entrants]
+
+
+def _label(one: Entrant) -> tuple[Any, ...]:
+    return one.kind, one.facts.get("init"), one.facts.get("optimizer")
+
+
+def _tells(value: str | None) -> bool:
+    return value is not None and len(value) <= SHORT and not value.startswith(("[", "{"))
+
+
+def _short(key: str, value: str) -> str:
+    return f"{key.rpartition('.')[2]}{'' if value[:1].isdigit() else '='}{value}"
+
+
+def _settings(folder: Path) -> dict[str, str]:
+    """The config that the model was made with; the model's own where that is not kept."""
+    kept = folder / ".hydra" / "config.yaml"
+    config = _yaml(kept if kept.is_file() else folder / MODEL_FILE)
+    flat = dict(_flat(config))
+    return {key: value for key, value in flat.items() if not any(key == one or key.startswith(f"{one}.") for one in NO_SETTINGS)}
+
+
+def _flat(config: Any, prefix: str = "") -> Iterator[tuple[str, str]]:
+    if isinstance(config, dict):
+        for key, value in config.items():
+            yield from _flat(value, f"{prefix}.{key}" if prefix else str(key))
+    else:
+        yield prefix, str(config)
+
+
+def _without_model(top: Path, files: Sequence[str]) -> list[Path]:
+    """Folders of jobs that were to leave a model and did not."""
+    jobs = [found.parent for found in sorted(top.rglob(".hydra"))]
+    return [job for job in jobs if not any((job / file).is_file() for file in files) and _maker(job)]
+
+
+def _maker(folder: Path) -> bool:
+    """Whether the folder is that of a command that leaves models."""
+    kept = folder / ".hydra" / "hydra.yaml"
+    if not kept.is_file():
+        return False
+    hydra = (_yaml(kept) or {}).get("hydra") or {}
+    return (hydra.get("job") or {}).get("name") in MAKERS
+
+
+def _yaml(path: Path) -> Any:
+    return yaml.load(path.read_text(encoding="utf-8"), Loader=getattr(yaml, "CSafeLoader", yaml.SafeLoader))

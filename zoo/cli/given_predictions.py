@@ -1,0 +1,82 @@
+"""Files of predictions made elsewhere, as given by `predictions=`: which one belongs to which run."""
+
+from __future__ import annotations
+
+import glob
+import re
+from collections.abc import Iterable
+from pathlib import Path
+from typing import Any
+
+from zoo.errors import InputError
+from zoo.measurements.files import SUFFIXES, run_names
+
+HELD_OUT = " (held out)"
+
+
+def named_files(given: Any) -> dict[str, list[Path]]:
+    """The files of each set of predictions, by the set's name.
+
+    Args:
+        given: None; ``{NAME: FILES}``; or folders and files, each of which names itself. FILES are a path, a folder, a glob or a list of these.
+
+    Raises:
+        InputError: something given leads to no file.
+    """
+    if given is None:
+        return {}
+    if isinstance(given, dict):
+        return {str(name): _files(f"predictions.{name}", files) for name, files in given.items()}
+    asked = [given] if isinstance(given, str) else list(given)
+    found: dict[str, list[Path]] = {}
+    for one in asked:
+        path = Path(str(one)).expanduser()
+        name = path.resolve().name if path.is_dir() else run_names([path])[0] if path.is_file() else path.resolve().parent.name
+        found.setdefault(name, []).extend(_files("predictions", one))
+    return found
+
+
+def _files(key: str, given: Any) -> list[Path]:
+    found = []
+    for one in [given] if isinstance(given, str) else list(given or []):
+        path = Path(str(one)).expanduser()
+        matches = sorted(path.iterdir()) if path.is_dir() else sorted(Path(name) for name in glob.glob(str(path), recursive=True))  # noqa: PTH207 (Path.glob takes no absolute pattern)
+        files = [match for match in matches if match.is_file() and match.name.lower().endswith(SUFFIXES)]
+        if not files:
+            raise InputError(f"{key}: {one}: no {', '.join(SUFFIXES)} there; give files with time_s and predicted_error_<unit>, one a run")
+        found += files
+    if not found:
+        raise InputError(f"{key} is empty; give files with time_s and predicted_error_<unit>: predictions={{mymodel: pred_*.csv}}")
+    return found
+
+
+def file_of(run: str, name: str, files: list[Path], runs: int) -> Path:
+    """The file that holds the predictions for a run: called like it, or with the run's name as a part of its own; or the only file for the only run.
+
+    Args:
+        run: the run's name.
+        name: of the set of predictions, for messages.
+        files: of the set.
+        runs: how many runs there are.
+
+    Raises:
+        InputError: there is none, or more than one.
+    """
+    stem = run.removesuffix(HELD_OUT).rpartition("/")[2]
+    by_stem = {path: _stem(path) for path in files}
+    exact = [path for path, own in by_stem.items() if own == stem]
+    part = re.compile(rf"(?<![A-Za-z0-9]){re.escape(stem)}(?![A-Za-z0-9])")
+    found = exact or [path for path, own in by_stem.items() if part.search(own)] or (files if len(files) == runs == 1 else [])
+    if len(found) == 1:
+        return found[0]
+    said = f"several files ({_listed(found)})" if found else f"none of the files ({_listed(files)})"
+    raise InputError(f"predictions: {name}: {said} for the run {stem}; one is needed, called {stem}.csv or such as pred_{stem}.csv")
+
+
+def _stem(path: Path) -> str:
+    return next(path.name[: -len(end)] for end in sorted(SUFFIXES, key=len, reverse=True) if path.name.lower().endswith(end))
+
+
+def _listed(paths: Iterable[Path]) -> str:
+    names = [path.name for path in paths]
+    return ", ".join(names[:6]) + (f" and {len(names) - 6} more" if len(names) > 6 else "")

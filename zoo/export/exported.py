@@ -1,0 +1,59 @@
+"""An exported file, loaded again: a model of which nothing is known but its columns and its unit."""
+
+# No `from __future__ import annotations` in the files of models: TorchScript reads class annotations.
+import json
+import warnings
+from pathlib import Path
+from typing import Any
+
+import torch
+from torch import Tensor
+
+from zoo.errors import InputError
+from zoo.models.base import Model
+
+SCRIPT_FILE, METADATA_FILE = "model.ts", "metadata.json"
+
+
+class ExportedModel(Model):
+    """The file behind the interface of the zoo's models.
+
+    Attributes:
+        script: what was in the file.
+    """
+
+    def __init__(self, script: torch.nn.Module, inputs: list[str]) -> None:
+        super().__init__()
+        self.script = script
+        self.inputs = inputs
+
+    def forward(self, x: Tensor) -> Tensor:
+        """Predict the error, see `Model.forward`."""
+        predicted: Tensor = self.script(x)
+        return predicted
+
+
+def load_exported(folder: Path) -> tuple[ExportedModel, dict[str, Any]]:
+    """Load ``model.ts`` by torch alone, and what ``metadata.json`` beside it says.
+
+    Args:
+        folder: the two files'.
+
+    Raises:
+        InputError: one of them is missing or is not what it should be.
+    """
+    try:
+        facts = json.loads((folder / METADATA_FILE).read_text(encoding="utf-8"))
+        inputs = [str(name) for name in facts["inputs"]]
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore", DeprecationWarning)  # TorchScript as a whole is deprecated
+            script = torch.jit.load(str(folder / SCRIPT_FILE), map_location="cpu").eval()
+    except OSError as error:
+        raise InputError(
+            f"{folder}: no exported model here ({error.strerror}: {METADATA_FILE}); {SCRIPT_FILE} and {METADATA_FILE} are needed"
+        ) from error
+    except (ValueError, KeyError, TypeError, RuntimeError) as error:
+        raise InputError(
+            f"{folder}: {SCRIPT_FILE} and {METADATA_FILE} are not what fogzoo export writes ({' '.join(str(error).split())[:120]})"
+        ) from error
+    return ExportedModel(script, inputs), facts

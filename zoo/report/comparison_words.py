@@ -1,0 +1,176 @@
+"""What a comparison says, in sentences."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from zoo.report.floors import WORTH_TELLING
+from zoo.report.wording import Scale, fixed, joined, percent, times
+from zoo.scoring.seeds import ENOUGH
+
+Record = dict[str, Any]
+COARSE = 2.0
+"""Intervals wider than this are written without decimals, but where these tell on which side of nothing they end [%]."""
+NEAR = 0.05
+"""Ratios this close to one are written with a decimal more."""
+WORTH_NAMING = 0.15
+"""A smaller share of the residual is not told."""
+
+
+def statement(pair: Record) -> str:
+    """One pair: how much lower, how sure, in how many seeds."""
+    first, second = pair["first"], pair["second"]
+    if pair["verdict"] == "same":
+        return f"{first} and {second} predict the same"
+    if pair["verdict"] == "worse":  # over the seeds that both have
+        first, second, pair = second, first, _turned(pair)
+    if pair["verdict"] == "open":
+        return f"{first} and {second} cannot be told apart: {_open_reason(pair)}"
+    parts = [f"{first} is {_below(pair['ratio'])} below {second}{_sure(pair)}", *_seeds(pair), *_few(pair), *_other_times(pair)]
+    return parts[0] + "".join(f", {part}" if i == 0 and pair["seeds"] else f"; {part}" for i, part in enumerate(parts[1:]))
+
+
+def _turned(pair: Record) -> Record:
+    wins = None if pair["seeds"] is None else pair["seeds"] - pair["wins"] - pair["ties"]
+    flipped = {key: None if pair[key] is None else [1 / value for value in reversed(pair[key])] for key in ("interval", "interval_over_time")}
+    return pair | flipped | {"ratio": 1 / pair["ratio"], "wins": wins, "verdict": "better"}
+
+
+def _below(ratio: float) -> str:
+    """``12 %``; with a decimal where it is close to all or to nothing."""
+    share = 100 * (1 - ratio)
+    return f"{fixed(share, 0 if 10 <= abs(share) < 98 else 1)} %"
+
+
+def _between(interval: list[float]) -> str:
+    low, high = (100 * (1 - value) for value in reversed(interval))
+    decimals = 0 if high - low >= COARSE and high < 98 and abs(low) >= 1 else 1
+    return f"{fixed(low, decimals)} to {fixed(high, decimals)} %"
+
+
+def _sure(pair: Record) -> str:
+    if pair["interval"] is None:
+        return ""
+    return f" (95 %{' over time' if pair['interval_over'] == 'time' else ''}: {_between(pair['interval'])})"
+
+
+def _seeds(pair: Record) -> list[str]:
+    if pair["seeds"] is None:
+        return []
+    them = "seeds" if pair["paired"] else "pairs of seeds"
+    return [f"better in {pair['wins']} of {pair['seeds']} {them}{_tied(pair)}"]
+
+
+def _tied(pair: Record) -> str:
+    return f" and equal in {pair['ties']}" if pair["ties"] else ""
+
+
+def _few(pair: Record) -> list[str]:
+    if pair["seeds"] is None or pair["interval"] is not None:
+        return []
+    over = pair["interval_over_time"]
+    known = "" if over is None else f", over time 95 %: {_between(over)}"
+    return [f"too few seeds for an interval ({ENOUGH} at least{known})"]
+
+
+def _other_times(pair: Record) -> list[str]:
+    """Sure over seeds, and yet not over the time that was recorded."""
+    over = pair["interval_over_time"]
+    if pair["interval_over"] != "seeds" or over is None or over[1] < 1:
+        return []
+    return [f"other runs may turn it, as over time the difference is uncertain (95 %: {_between(over)})"]
+
+
+def _open_reason(pair: Record) -> str:
+    interval = pair["interval"] or pair["interval_over_time"]
+    decimals = 3 if interval is not None and max(abs(end - 1) for end in interval) < NEAR else 2
+    low, high = (fixed(end, decimals) for end in interval or (None, None))
+    known = "" if interval is None else f", 95 %{'' if pair['interval_over'] == 'seeds' else ' over time'}: {low} to {high}"
+    parts = [f"ratio {fixed(pair['ratio'], decimals)}{known}"]
+    if pair["seeds"]:
+        parts.append(f"{pair['first']} {_seeds(pair)[0]}")
+        parts += ["too few seeds for an interval"] if pair["interval"] is None else []
+    elif interval is None:
+        parts.append("the runs are too short for an interval")
+    return "; ".join(parts)
+
+
+def pair_of(document: Record, first: str, second: str) -> Record | None:
+    """The record of two methods, whichever is named first."""
+    return next((pair for pair in document["pairs"] if {pair["first"], pair["second"]} == {first, second}), None)
+
+
+def leaders(document: Record) -> list[str]:
+    """The best method and those that cannot be told from it, best first."""
+    best = document["methods"][0]["name"]
+    near = [one["name"] for one in document["methods"][1:] if (pair_of(document, best, one["name"]) or {}).get("verdict") != "better"]
+    return [best, *near]
+
+
+def headline(document: Record) -> str:
+    """The answer in one line."""
+    methods, ahead = document["methods"], leaders(document)
+    best, alone = methods[0], len(methods) == 1
+    if best["rms"]["median"] >= document["rms"]["uncompensated"]:
+        return f"No compensation is better than {best['name'] if alone else 'all of them'}"
+    if alone:
+        return f"{best['name']} removes {percent(best['removed'])} of the error"
+    return _shared(document, ahead) if len(ahead) > 1 else _won(document)
+
+
+def _won(document: Record) -> str:
+    """One is ahead of all others."""
+    best, second = (one["name"] for one in document["methods"][:2])
+    pair = pair_of(document, best, second)
+    if pair is None:
+        return f"{best} is best"
+    return f"{best} is best{' on these runs' if _other_times(pair) else ''}: {_below(pair['ratio'])} below {second}"
+
+
+def _shared(document: Record, ahead: list[str]) -> str:
+    """Several are ahead."""
+    everyone = len(ahead) == len(document["methods"])
+    pair = pair_of(document, ahead[0], ahead[1])
+    if len(ahead) == 2 and pair is not None and pair["verdict"] == "same":
+        return f"{ahead[0]} and {ahead[1]} predict the same{'' if everyone else ', better than the others'}"
+    if everyone and len(ahead) > 2:
+        return f"None of the {len(ahead)} can be told from the best, {ahead[0]}"
+    named = joined(ahead) if len(ahead) <= 3 else f"{ahead[0]} and {len(ahead) - 1} others"
+    return f"{named} cannot be told apart" if everyone else f"{named} are best and cannot be told apart"
+
+
+def sentences(document: Record, scale: Scale) -> list[str]:
+    """The few that explain the headline."""
+    best, methods = document["methods"][0], document["methods"]
+    found = [f"{pair_statement}." for one in methods[1:3] if (pair_statement := _stated(document, best["name"], one["name"]))]
+    found.append(distance(best, scale))
+    if best["fitted_runs"] and len(best["fitted_runs"]) == len(document["runs"]):
+        found.append(f"All of these runs were fitted by {best['name']}, to go by their names: runs that no model has seen are needed to judge.")
+    elif any(one["fitted_runs"] for one in methods):
+        runs = list(dict.fromkeys(run for one in methods for run in one["fitted_runs"]))
+        found.append(f"Fitted by some of the models, to go by the name: {joined(runs)}; that flatters them there.")
+    return found
+
+
+def _stated(document: Record, first: str, second: str) -> str | None:
+    pair = pair_of(document, first, second)
+    return None if pair is None else statement(pair)
+
+
+def distance(method: Record, scale: Scale) -> str:
+    """How far one method is from the noise."""
+    excess, removed = method["excess"], percent(method["removed"]) if method["removed"] > 0 else "none"
+    what = f"{method['name']} leaves {scale.full(method['rms']['median'])} and removes {removed} of the error"
+    if excess <= WORTH_TELLING:
+        return f"{what}: what is left is noise ({times(excess)} the floor)."
+    return f"{what}: {times(excess)} the noise floor, so that there is more to explain."
+
+
+def goes_with(method: Record) -> str:
+    """What a method's residual goes with, in a line."""
+    if method["excess"] <= WORTH_TELLING:
+        return "What is left is about noise."
+    named = {"constant": "is a constant", "run": "differs from run to run"}
+    found = [(name, share) for name, share in method["goes_with"].items() if share >= WORTH_NAMING][:3]
+    words = [f"{percent(share)} {named.get(name, f'goes with {name}')}" for name, share in found]
+    return f"Of the mean square that is left, {joined(words)}." if words else "What is left goes with neither temperature, its rate nor time alone."
