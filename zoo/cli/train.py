@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
@@ -21,6 +22,7 @@ from zoo.errors import InputError
 from zoo.measurements.run import Run
 from zoo.models.base import Model
 from zoo.training.checkpoints import CHECKPOINT
+from zoo.training.resume import unfinished
 from zoo.training.run import EVENTS, train
 from zoo.units import symbol
 
@@ -63,23 +65,25 @@ def trained(config: DictConfig, runs: Sequence[Run], check_runs: Sequence[Run], 
     model_config = _model_config(config, runs)
     model = create(model_config)
     optimizer_name, optimizer = _optimizer(config, model, choices)
-    own_fit = hasattr(optimizer, "fit")
-    labels = {"model": _choice(choices, "model"), "init": None if own_fit else _choice(choices, "init"), "optimizer": optimizer_name}
+    drawn = not hasattr(optimizer, "fit") and getattr(optimizer, "starts_from_init", True)
+    labels = {"model": _choice(choices, "model"), "init": _choice(choices, "init") if drawn else None, "optimizer": optimizer_name}
+    settings = _settings(config)
     metrics = train(
         model,
         runs,
         check_runs,
         optimizer=optimizer,
-        init=None if own_fit else create(config.init),
+        init=create(config.init) if drawn else None,
         epochs=config.epochs,
         goal=config.goal,
         batch_size=config.batch_size,
         seed=config.seed,
         seeds=config.seeds,
         device=config.torch_device,
-        resume=_checkpoint(config.resume),
+        resume=_checkpoint(config.resume) or _unfinished(out, settings),
         out=out,
         labels=labels,
+        settings=settings,
     )
     save_model(out, model_config, model)
     _draw(out, model, [*runs, *check_runs])
@@ -125,6 +129,22 @@ def _checkpoint(resume: str | None) -> Path | None:
     if not path.is_file():
         raise InputError(f"resume={resume}: no checkpoint there; give the output folder of a train command, or its {CHECKPOINT}")
     return path
+
+
+def _settings(config: DictConfig) -> str:
+    """All that decides where a training leads, as text: a checkpoint tells by it whether it belongs to this command."""
+    plain: dict[str, Any] = OmegaConf.to_container(config, resolve=True)  # type: ignore[assignment]
+    return json.dumps(
+        {key: value for key, value in sorted(plain.items()) if key not in {"hydra", "resume", "epochs", "torch_device"}}, sort_keys=True
+    )
+
+
+def _unfinished(out: Path, settings: str) -> Path | None:
+    """The same command in the same folder goes on from where it was killed."""
+    found = unfinished(out, settings)
+    if found is not None:
+        print(f"going on from {found}, which an earlier training has left")
+    return found
 
 
 def _draw(out: Path, model: Model, runs: Sequence[Run]) -> None:

@@ -1,6 +1,8 @@
 """The back-propagation network of the compensation papers: one hidden layer of tanh nodes."""
 
-from torch import Tensor, addmm, float64, nn, sigmoid
+from typing import ClassVar
+
+from torch import Tensor, addmm, cat, float64, nn, ones_like, sigmoid
 
 from zoo.errors import InputError
 from zoo.models.base import FeatureModel
@@ -13,7 +15,12 @@ class BP(FeatureModel):
     """Three layers: features, tanh nodes, one linear output; both ends standardised.
 
     Source: qiu2023, which takes 3 to 12 hidden nodes from N = sqrt(m + n) + a and chooses 9.
+
+    Attributes:
+        linear_weights: parameters that the output is linear in, given the others.
     """
+
+    linear_weights: ClassVar[tuple[str, ...]] = ("output.weight", "output.bias")
 
     def __init__(self, features: list[str], hidden: int = 9, smoothing_s: float = SMOOTHING_S) -> None:
         super().__init__()
@@ -32,9 +39,10 @@ class BP(FeatureModel):
 
     def head(self, features: Tensor) -> Tensor:
         """See `FeatureModel.head`."""
-        columns = self.scaler(features).reshape(-1, features.shape[-1]).T
+        standardised = self.scaler(features).reshape(-1, features.shape[-1])
+        columns = cat([standardised, ones_like(standardised[:, :1])], dim=1).T
         # tanh(u) = 2 σ(2u) − 1, and torch's σ takes a seventh of the time. Samples stand last, in one product for any number of nets under vmap.
-        nodes = sigmoid(addmm(2 * self.hidden.bias.unsqueeze(-1), 2 * self.hidden.weight, columns))
+        nodes = sigmoid(cat([2 * self.hidden.weight, 2 * self.hidden.bias.unsqueeze(-1)], dim=1) @ columns)
         weight = self.output.weight
         value = addmm((self.output.bias - weight.sum(-1)).unsqueeze(-1), 2 * weight, nodes)
         return self.scaler.restore(value.reshape(features.shape[:-1]))

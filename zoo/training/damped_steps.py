@@ -1,8 +1,14 @@
-"""Weights of a small network by damped Gauss–Newton steps, which end where a gradient's are still on the way."""
+"""Weights of small networks by damped Gauss–Newton steps (Levenberg–Marquardt), which end where a gradient's are still on the way.
+
+One step of weights w with residual r = target − f(w) and Jacobian J = df/dw solves (JᵀJ + λ·diag(s))·δ = Jᵀr (Marquardt 1963), s being the diagonal
+of JᵀJ. Weights that f is linear in may go undamped: then δ of the others is that of variable projection as Kaufman (1975) simplified it, and the
+linear ones follow by least squares (Ruhe & Wedin 1980, algorithm 2). Any number of members takes its steps side by side, each with a λ of its own.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Callable
+from typing import NamedTuple
 
 import torch
 from torch import Tensor
@@ -15,11 +21,85 @@ FIRST, LEAST, MOST = 1e-2, 1e-9, 1e9
 RATIOS = (0.1, 1.0, 10.0)
 """Dampings of one step over that of the last."""
 SETTLED = 1e-6
-"""Share of χ² by which a step must lower it to be followed by another."""
+"""Share of the cost by which a step must lower it to be followed by another."""
+RIDGE = 1e-12
+"""Damping, over the largest diagonal element, of all weights: some may change nothing."""
+
+Normal = Callable[[Tensor], tuple[Tensor, Tensor]]
+"""(E, D) weights -> (E, D, D) JᵀJ and (E, D) Jᵀr."""
+Losses = Callable[[Tensor], Tensor]
+"""(E, P, D) weights -> (E, P) sums of squared residuals, in the units of JᵀJ."""
+
+
+class Descent(NamedTuple):
+    """E members on their way down.
+
+    Attributes:
+        weights: (E, D).
+        losses: (E,) sums of squared residuals.
+        damping: (E,) λ.
+        settled: (E,) bool: has come to rest.
+        steps: (E,) tried.
+    """
+
+    weights: Tensor
+    losses: Tensor
+    damping: Tensor
+    settled: Tensor
+    steps: Tensor
+
+
+def begin(weights: Tensor, losses: Tensor) -> Descent:
+    """Members at rest nowhere yet.
+
+    Args:
+        weights: (E, D).
+        losses: (E,); a member whose cost is no number stays where it is.
+    """
+    return Descent(weights, losses, torch.full_like(losses, FIRST), ~losses.isfinite(), torch.zeros_like(losses, dtype=torch.int64))
+
+
+def step(state: Descent, normal: Normal, losses: Losses, damped: Tensor, settled: float = SETTLED) -> Descent:
+    """One step of all that are not settled; none of them goes up.
+
+    Args:
+        state: the members.
+        normal: gives the normal equations.
+        losses: judges the trials, one for each of `RATIOS`.
+        damped: (D,) 1 for weights that are damped, 0 for those that the model is linear in.
+        settled: share of its cost by which a step must lower it to be followed by another.
+    """
+    active = (~state.settled).nonzero().squeeze(-1)
+    here, cost, damping = state.weights[active], state.losses[active], state.damping[active]
+    dampings = damping.unsqueeze(-1) * torch.tensor(RATIOS, dtype=here.dtype, device=here.device)
+    trials = here.unsqueeze(1) + _steps(*normal(here), dampings, damped)
+    found, best = losses(trials).nan_to_num(nan=torch.inf).min(dim=-1)
+    gain, chosen = cost - found, best.unsqueeze(-1)
+    better = gain > 0
+    reached = torch.where(better.unsqueeze(-1), trials.gather(1, chosen.unsqueeze(-1).expand(-1, 1, here.shape[-1])).squeeze(1), here)
+    eased = torch.where(better, dampings.gather(1, chosen).squeeze(1).clamp_min(LEAST), damping * RATIOS[-1] ** 2)
+    rest = torch.where(better, gain < settled * cost, damping > MOST)
+    return Descent(
+        state.weights.index_copy(0, active, reached),
+        state.losses.index_copy(0, active, torch.where(better, found, cost)),
+        state.damping.index_copy(0, active, eased),
+        state.settled.index_copy(0, active, rest),
+        state.steps.index_add(0, active, torch.ones_like(active)),
+    )
+
+
+def _steps(normal: Tensor, slope: Tensor, dampings: Tensor, damped: Tensor) -> Tensor:
+    """(E, P, D) one step a damping (E, P)."""
+    scale = normal.diagonal(dim1=-2, dim2=-1)
+    floor = RIDGE * scale.amax(-1, keepdim=True) + 1e-300
+    added = dampings.unsqueeze(-1) * (damped * scale.clamp_min(floor)).unsqueeze(1) + floor.unsqueeze(1)
+    # A member without finite equations gets no step, and does not stop the others.
+    steps = torch.linalg.solve_ex(normal.unsqueeze(1) + torch.diag_embed(added), slope.unsqueeze(1).expand_as(added).unsqueeze(-1))[0]
+    return steps.squeeze(-1)
 
 
 def descend(model: FeatureModel, features: Tensor, target: Tensor, weigh: Callable[[Tensor], Tensor], steps: int) -> float:
-    """Lower χ² = ‖weigh(target − model(features))‖² from the weights that a model has, by Levenberg–Marquardt (Marquardt 1963), in place.
+    """Lower χ² = ‖weigh(target − model(features))‖² from the weights that a model has, in place.
 
     Args:
         model: with D weights.
@@ -31,37 +111,23 @@ def descend(model: FeatureModel, features: Tensor, target: Tensor, weigh: Callab
     Returns:
         χ² at the end.
     """
-    damping, here = FIRST, weight_vector(model)
-    left = _residuals(model, here.unsqueeze(0), features, target, weigh)
-    cost = float(left.square().sum())
-    for _ in range(steps):
+
+    def residuals(weights: Tensor) -> Tensor:
+        return weigh((target - population_outputs(model, weights, features)).mT).mT
+
+    def normal(weights: Tensor) -> tuple[Tensor, Tensor]:
+        set_weights(model, weights[0])
         jacobian = weigh(weight_jacobian(model, features))
-        trials = here + _steps(jacobian, left[0], torch.tensor(RATIOS, dtype=here.dtype, device=here.device) * damping)
-        found = _residuals(model, trials, features, target, weigh)
-        costs = found.square().sum(dim=1).nan_to_num(nan=torch.inf)
-        best = int(costs.argmin())
-        gain = cost - float(costs[best])
-        if gain <= 0:
-            if damping > MOST:
-                break
-            damping *= RATIOS[-1] ** 2
-            continue
-        here, left, cost = trials[best], found[best : best + 1], float(costs[best])
-        set_weights(model, here)
-        damping = max(damping * RATIOS[best], LEAST)
-        if gain < SETTLED * cost:
+        return (jacobian.mT @ jacobian).unsqueeze(0), residuals(weights) @ jacobian
+
+    def losses(weights: Tensor) -> Tensor:
+        return residuals(weights[0]).square().sum(dim=-1).unsqueeze(0)
+
+    here = weight_vector(model).unsqueeze(0)
+    state = begin(here, losses(here.unsqueeze(0))[0])
+    for _ in range(steps):
+        if bool(state.settled.all()):
             break
-    return cost
-
-
-def _residuals(model: FeatureModel, weights: Tensor, features: Tensor, target: Tensor, weigh: Callable[[Tensor], Tensor]) -> Tensor:
-    """(P, N) weighed residuals for weights (P, D)."""
-    return weigh((target - population_outputs(model, weights, features)).mT).mT
-
-
-def _steps(jacobian: Tensor, residual: Tensor, dampings: Tensor) -> Tensor:
-    """(P, D) one step a damping (P,)."""
-    normal = jacobian.mT @ jacobian
-    scale = normal.diagonal().clamp_min(1e-12 * float(normal.diagonal().max()) + 1e-300)
-    damped = normal + dampings[:, None, None] * torch.diag(scale)
-    return torch.linalg.solve(damped, (jacobian.mT @ residual).expand(len(dampings), -1))
+        state = step(state, normal, losses, torch.ones_like(here[0]))
+    set_weights(model, state.weights[0])
+    return float(state.losses[0])

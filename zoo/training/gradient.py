@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
 
@@ -25,33 +24,11 @@ from zoo.training.module import MakeOptimizer, Training
 from zoo.training.problem import Problem, spread
 from zoo.training.progress import TrainingProgress
 from zoo.training.resume import check_resumable
+from zoo.training.schedule import POINTS, Schedule
 from zoo.training.weights import weight_vector
 
 PASSES_PER_EPOCH = 50
 """Passes over the data in what Lightning calls an epoch, whose price is many times a small net's step."""
-POINTS = 100
-"""Points of the loss curve."""
-
-
-@dataclass(frozen=True)
-class Schedule:
-    """How long and where to train.
-
-    Attributes:
-        epochs: passes over the fitted runs.
-        goal: training stops once the loss is below.
-        device: ``"cpu"``, ``"cuda"`` or ``"cuda:1"``.
-        batch_size: blocks a step; None for all at once.
-        resume: checkpoint to go on from.
-        settings: all that decides the training, for the checkpoints.
-    """
-
-    epochs: int
-    goal: float | None = None
-    device: str = "cpu"
-    batch_size: int | None = None
-    resume: Path | None = None
-    settings: str = ""
 
 
 def fit_by_gradient(

@@ -52,6 +52,8 @@ class Training(LightningModule):
         self.make_optimizer = optimizer
         self.error_scale, self.goal, self.log_every = error_scale, goal, log_every
         self.settings, self.finished = settings, False
+        self.stepper: str | None = None
+        self.kept: dict[str, Any] = {}
         self.evaluations = 0
         self.latest: Tensor | None = None
 
@@ -112,12 +114,12 @@ class Training(LightningModule):
 
     @property
     def optimizer_name(self) -> str | None:
-        """Class of the optimizer; None for a model that is fitted in other ways."""
-        return None if self.make_optimizer is None else type(self.configure_optimizers()).__name__
+        """Class of the optimizer; None for a model that brings its own fit."""
+        return self.stepper if self.make_optimizer is None else type(self.configure_optimizers()).__name__
 
     def on_save_checkpoint(self, checkpoint: dict[str, Any]) -> None:
         """Says whose state the checkpoint holds, since one optimizer's state means nothing to another, and what is needed to go on."""
-        checkpoint |= {OPTIMIZER: self.optimizer_name, EVALUATIONS: self.evaluations, FINISHED: self.finished, SETTINGS: self.settings}
+        checkpoint |= {OPTIMIZER: self.optimizer_name, EVALUATIONS: self.evaluations, FINISHED: self.finished, SETTINGS: self.settings} | self.kept
 
     def on_load_checkpoint(self, checkpoint: dict[str, Any]) -> None:
         """Goes on counting."""

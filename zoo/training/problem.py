@@ -6,15 +6,13 @@ from collections.abc import Iterator, Sequence
 
 import torch
 from torch import Tensor
+from torch.linalg import vector_norm
 
 from zoo.measurements.datamodule import RunsDataModule
 from zoo.measurements.run import Run
 from zoo.models.base import FeatureModel
 from zoo.models.prediction import block_features
-from zoo.training.weights import member_outputs, population_outputs, weight_vector
-
-ROWS_AT_ONCE = 32_768
-"""Outputs computed at once: from here on what a small net makes of them no longer fits a core's cache, and more memory is all that is gained."""
+from zoo.training.weights import ROWS_AT_ONCE, member_outputs, outputs_and_slopes, population_outputs, weight_vector
 
 
 class Problem:
@@ -45,16 +43,34 @@ class Problem:
         model.to(device)
         return cls(model, features.to(device), error.to(device))
 
-    def residuals(self, weights: Tensor) -> Tensor:
-        """(..., D) weights -> (..., M) what they leave of the error, in units of its spread."""
-        flat = weights.reshape(-1, self.size)
-        outputs = population_outputs(self.model, flat, self.features)
-        return ((self.error - outputs) / self.scale).view(*weights.shape[:-1], -1)
-
     def losses(self, weights: Tensor) -> Tensor:
         """(..., D) weights -> (...) losses; memory does not grow with their number."""
-        pieces = [self.residuals(some).square().mean(-1) for some in chunks(weights.reshape(-1, self.size), self.features)]
-        return torch.cat(pieces).view(weights.shape[:-1])
+        pieces = chunks(weights.reshape(-1, self.size), self.features)
+        lengths = torch.cat([vector_norm(self.error - population_outputs(self.model, some, self.features), dim=-1) for some in pieces]) / self.scale
+        return (lengths.square() / len(self.error)).view(weights.shape[:-1])
+
+    def normal_equations(self, weights: Tensor) -> tuple[Tensor, Tensor]:
+        """JᵀJ and Jᵀr of the mean squared residual, so that they go with `losses`; in bounded memory.
+
+        Args:
+            weights: (E, D).
+
+        Returns:
+            (E, D, D) and (E, D), J being the derivative of the outputs and r the residual, both in units of the error's spread and over √M.
+        """
+        found = [self._normal_equations(some) for some in chunks(weights, self.features)]
+        return torch.cat([one for one, _ in found]), torch.cat([one for _, one in found])
+
+    def _normal_equations(self, weights: Tensor) -> tuple[Tensor, Tensor]:
+        count, unit = len(weights), self.scale * len(self.error) ** 0.5
+        normal, slope = weights.new_zeros(count, self.size, self.size), weights.new_zeros(count, self.size)
+        for features, error in zip(self.features.split(ROWS_AT_ONCE), self.error.split(ROWS_AT_ONCE), strict=True):
+            rows = weights.repeat_interleave(len(features), dim=0)
+            outputs, slopes = outputs_and_slopes(self.model, rows, features.repeat(count, 1))
+            jacobian = slopes.view(count, -1, self.size) / unit
+            normal += jacobian.mT @ jacobian
+            slope += (jacobian.mT @ ((error - outputs.view(count, -1)) / unit).unsqueeze(-1)).squeeze(-1)
+        return normal, slope
 
 
 def spread(error: Tensor) -> float:

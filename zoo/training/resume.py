@@ -7,9 +7,68 @@ from pathlib import Path
 from typing import Any
 
 import torch
+from torch import Tensor
 
 from zoo.errors import InputError
-from zoo.training.module import OPTIMIZER, Training
+from zoo.training.checkpoints import CHECKPOINT
+from zoo.training.module import FINISHED, OPTIMIZER, SETTINGS, Training
+
+STATE = "stepwise"
+"""Key of the state that steps of no gradient descent go on from."""
+
+
+def unfinished(folder: Path, settings: str) -> Path | None:
+    """The checkpoint of a training that was killed in a folder, where it is the one that is about to begin there again.
+
+    Args:
+        folder: of the results.
+        settings: all that decides the training, as text.
+    """
+    path = folder / CHECKPOINT
+    if not path.is_file():
+        return None
+    try:
+        checkpoint = _read(path)
+    except InputError:
+        return None
+    return path if checkpoint.get(FINISHED) is False and checkpoint.get(SETTINGS) == settings else None
+
+
+def stepwise_state(path: Path, stepper: str, shape: tuple[int, int], steps: int) -> tuple[int, dict[str, Tensor]]:
+    """Steps done and state of a training by steps.
+
+    Args:
+        path: the checkpoint.
+        stepper: class of the optimizer.
+        shape: (E, D) of the weights that are about to be trained.
+        steps: in all, those of the checkpoint included.
+
+    Raises:
+        InputError: as `check_resumable`.
+    """
+    checkpoint = _read(path)
+    _check_optimizer(path, checkpoint.get(OPTIMIZER), stepper)
+    state, done = checkpoint[STATE], int(checkpoint["steps"])
+    if state is None:
+        raise InputError(f"resume={path}: {stepper} cannot go on from where it was; leave resume out")
+    if tuple(state["weights"].shape) != shape:
+        raise InputError(f"resume={path}: holds another model or another number of seeds; repeat that training's settings")
+    if done >= steps:
+        raise InputError(f"resume={path}: has done {done} steps already, of {steps}; raise epochs")
+    return done, state
+
+
+def _read(path: Path) -> dict[str, Any]:
+    try:
+        checkpoint = torch.load(path, weights_only=True, map_location="cpu")
+        return dict(checkpoint) | {name: checkpoint[name] for name in ("state_dict", "global_step")}
+    except (OSError, RuntimeError, KeyError, EOFError, TypeError, pickle.UnpicklingError) as error:
+        raise InputError(f"resume={path}: cannot be read as a checkpoint of a training ({type(error).__name__})") from error
+
+
+def _check_optimizer(path: Path, found: str | None, wanted: str | None) -> None:
+    if found != wanted:
+        raise InputError(f"resume={path}: was trained by {found or 'no gradient descent'}, not by {wanted}; choose the same optimizer")
 
 
 def check_resumable(path: Path, module: Training, steps: int) -> None:
@@ -23,16 +82,13 @@ def check_resumable(path: Path, module: Training, steps: int) -> None:
     Raises:
         InputError: it is none, or of another model or optimizer, or as long trained already.
     """
-    try:
-        checkpoint: dict[str, Any] = torch.load(path, weights_only=True, map_location="cpu")
-        state, done, optimizer = checkpoint["state_dict"], checkpoint["global_step"], checkpoint.get(OPTIMIZER)
-    except (OSError, RuntimeError, KeyError, EOFError, pickle.UnpicklingError) as error:
-        raise InputError(f"resume={path}: cannot be read as a checkpoint of a training ({type(error).__name__})") from error
+    checkpoint = _read(path)
+    state, done = checkpoint["state_dict"], checkpoint["global_step"]
     own = module.state_dict()
     if {name: tensor.shape for name, tensor in state.items()} != {name: tensor.shape for name, tensor in own.items()}:
-        raise InputError(f"resume={path}: holds another model than this {type(module.model).__name__}; repeat that training's model settings")
-    if optimizer != module.optimizer_name:
-        found = optimizer or "no gradient descent"
-        raise InputError(f"resume={path}: was trained by {found}, not by {module.optimizer_name}; choose the same optimizer")
+        raise InputError(
+            f"resume={path}: holds another model than this {type(module.model).__name__}; repeat that training's model settings and seeds"
+        )
+    _check_optimizer(path, checkpoint.get(OPTIMIZER), module.optimizer_name)
     if done >= steps:
         raise InputError(f"resume={path}: has done {done} steps already, of {steps}; raise epochs")

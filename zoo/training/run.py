@@ -22,14 +22,16 @@ from zoo.measurements.run import Run
 from zoo.models.base import FeatureModel, Model
 from zoo.models.prediction import usable_device
 from zoo.training.checkpoints import save_fitted
-from zoo.training.gradient import Schedule, fit_by_gradient
-from zoo.training.init import Init
+from zoo.training.gradient import fit_by_gradient
+from zoo.training.init import Init, log_to
 from zoo.training.members import Member, compare_members, write_members
 from zoo.training.module import MakeOptimizer, Training
 from zoo.training.one_after_another import one_after_another
 from zoo.training.quiet import quiet_lightning
 from zoo.training.random_init import RandomInit
+from zoo.training.schedule import Schedule
 from zoo.training.scores import score_runs
+from zoo.training.stepwise import Stepwise, fit_stepwise, is_stepwise
 from zoo.training.threads import threads_for
 from zoo.training.weights import weight_vector
 
@@ -58,7 +60,7 @@ def train(
     runs: Sequence[Run],
     check_runs: Sequence[Run] = (),
     *,
-    optimizer: MakeOptimizer | Fitter,
+    optimizer: MakeOptimizer | Fitter | Stepwise,
     out: Path,
     init: Callback | None = None,
     epochs: int = 1000,
@@ -77,7 +79,8 @@ def train(
         model: fitted in place and left on the CPU, in evaluation mode; of several seeds it is the one with the lowest RMS of the fitted runs.
         runs: fitted.
         check_runs: only scored.
-        optimizer: makes a torch optimizer from parameters (for a `FeatureModel`), or has a method ``fit(model, runs, generator)``.
+        optimizer: makes a torch optimizer from parameters (for a `FeatureModel`), or is a `Stepwise` (the same), or has a method
+            ``fit(model, runs, generator)``.
         out: an existing folder.
         init: draws the initial weights; by default at random from `seed`. Of no use to an optimizer that fits by itself.
         epochs: passes over the fitted runs.
@@ -110,7 +113,13 @@ def train(
         else:
             schedule = Schedule(epochs, goal, device, batch_size, resume, settings)
             start = init or RandomInit(seed)
-            members = _fit_by_gradient(cast(FeatureModel, model), (runs, check_runs), optimizer, start, schedule, every, out, logger)
+            if is_stepwise(optimizer):
+                method = cast(Stepwise, optimizer)
+                members = fit_stepwise(cast(FeatureModel, model), runs, method, _drawing(start, "optimizer"), schedule, every, out, log_to(logger))
+            else:
+                members = _fit_by_gradient(
+                    cast(FeatureModel, model), (runs, check_runs), cast(MakeOptimizer, optimizer), start, schedule, every, out, logger
+                )
         model.cpu().eval()
         best, spread = members[0], None
         if seeds > 1:
@@ -125,7 +134,7 @@ def train(
     return metrics
 
 
-def _largest_tensor(optimizer: MakeOptimizer | Fitter, runs: Sequence[Run]) -> int:
+def _largest_tensor(optimizer: MakeOptimizer | Fitter | Stepwise, runs: Sequence[Run]) -> int:
     blocks = sum(run.blocks for run in runs)
     largest = getattr(optimizer, "largest_tensor", None)
     return blocks * WIDTH if largest is None else int(largest(blocks))
@@ -143,8 +152,7 @@ def _fit_by_gradient(
 ) -> list[Member]:
     if len(seeds) == 1:
         return fit_by_gradient(model, runs, optimizer, init, schedule, seeds, out, logger)
-    if not isinstance(init, Init):
-        raise InputError(f"seeds={len(seeds)}: {type(init).__name__} starts one training only; init: {Init.__module__}.{Init.__name__} is needed")
+    init = _drawing(init, f"seeds={len(seeds)}")
     if isinstance(optimizer([torch.nn.Parameter(torch.zeros(1))]), ELEMENTWISE):
         return fit_by_gradient(model, runs, optimizer, init, schedule, seeds, out, logger)
     if schedule.resume is not None:
@@ -155,6 +163,12 @@ def _fit_by_gradient(
         return fit_by_gradient(cast(FeatureModel, one), runs, optimizer, start, schedule, [seed], out, logger)[0]
 
     return one_after_another(model, seeds, alone)
+
+
+def _drawing(init: Callback, who: str) -> Init:
+    if not isinstance(init, Init):
+        raise InputError(f"{who} needs an init that is a {Init.__module__}.{Init.__name__}; {type(init).__name__} is a callback of one training only")
+    return init
 
 
 def _fit_by_itself(model: Model, runs: Sequence[Run], fitter: Fitter, seeds: range, out: Path) -> list[Member]:
@@ -179,7 +193,7 @@ def _no_half_curve(folder: Path) -> Iterator[None]:
         raise
 
 
-def _check(model: Model, runs: Sequence[Run], optimizer: MakeOptimizer | Fitter, device: str) -> None:
+def _check(model: Model, runs: Sequence[Run], optimizer: MakeOptimizer | Fitter | Stepwise, device: str) -> None:
     if not runs:
         raise InputError("data.files: no run to train on")
     usable_device(device)

@@ -18,10 +18,12 @@ class Searched(NamedTuple):
     Attributes:
         swarms: the state of each member's swarm.
         chance: source of chance of each.
+        settled: (E,) bool: need not go on.
     """
 
     swarms: list[Any]
     chance: list[Generator]
+    settled: Tensor
 
     @property
     def weights(self) -> Tensor:
@@ -55,12 +57,15 @@ class SwarmSearch:
         """Place one swarm a seed."""
         edge = problem.features.new_full((problem.size,), self.reach)
         chance = [torch.Generator().manual_seed(seed) for seed in seeds]
-        return Searched([self.algorithm.init(-edge, edge, self.particles, one, **self.settings) for one in chance], chance)
+        swarms = [self.algorithm.init(-edge, edge, self.particles, one, **self.settings) for one in chance]
+        return Searched(swarms, chance, torch.zeros(len(swarms), dtype=torch.bool, device=edge.device))
 
     def step(self, problem: Problem, state: Searched) -> Searched:
-        """One evaluation of all populations."""
-        asked = torch.stack([self.algorithm.ask(one) for one in state.swarms])
+        """One evaluation of all populations but those that are settled."""
+        active = (~state.settled).nonzero().squeeze(-1).tolist()
+        swarms = list(state.swarms)
         with torch.no_grad():
-            costs = problem.losses(asked)
-            told = [self.algorithm.tell(*one) for one in zip(state.swarms, costs.unbind(), state.chance, strict=True)]
-        return Searched(told, state.chance)
+            costs = problem.losses(torch.stack([self.algorithm.ask(swarms[k]) for k in active]))
+            for k, cost in zip(active, costs.unbind(), strict=True):
+                swarms[k] = self.algorithm.tell(swarms[k], cost, state.chance[k])
+        return state._replace(swarms=swarms)

@@ -7,13 +7,15 @@ from collections.abc import Callable
 
 import torch
 from torch import Generator, Tensor, nn
-from torch.func import functional_call, jvp, vmap
+from torch.func import functional_call, vmap
 
 from zoo.errors import InputError
 from zoo.models.base import FeatureModel
 from zoo.training.population import Population
 
 VALUES_AT_ONCE = 4_000_000
+ROWS_AT_ONCE = 65_536
+"""Outputs computed at once: from here on what a small net makes of them no longer fits a core's cache, and more memory is all that is gained."""
 
 
 def reset(model: nn.Module, generator: Generator) -> None:
@@ -93,14 +95,28 @@ def member_outputs(model: FeatureModel, weights: Tensor, features: Tensor) -> Te
 
 def weight_jacobian(model: FeatureModel, features: Tensor) -> Tensor:
     """(M, D) derivative of the predicted errors for (M, F) features with respect to the weights, in the order of `weight_vector`."""
-    outputs, here = _outputs_of(model, features), weight_vector(model)
+    here = weight_vector(model)
+    return torch.cat([outputs_and_slopes(model, here.expand(len(rows), -1), rows)[1] for rows in features.split(ROWS_AT_ONCE)])
 
-    def along(direction: Tensor) -> Tensor:
-        slope: Tensor = jvp(outputs, (here,), (direction,))[1]
-        return slope
 
-    with torch.no_grad():
-        return vmap(along, out_dims=1, chunk_size=_at_once(features))(torch.eye(len(here), dtype=here.dtype, device=here.device))
+def outputs_and_slopes(model: FeatureModel, weights: Tensor, features: Tensor) -> tuple[Tensor, Tensor]:
+    """One output for each row of weights and features, and its gradient.
+
+    With weights of its own for every row, one backward pass gives the gradients of all: a tenth of the time of a pass for every weight.
+
+    Args:
+        model: lends its structure and its buffers.
+        weights: (R, D).
+        features: (R, F).
+
+    Returns:
+        (R,) predicted errors [output's unit] and (R, D) their derivatives with respect to the weights.
+    """
+    own = weights.detach().clone(memory_format=torch.contiguous_format).requires_grad_()
+    with torch.enable_grad():
+        outputs = member_outputs(model, own, features.unsqueeze(1)).squeeze(-1)
+        (slopes,) = torch.autograd.grad(outputs.sum(), own)
+    return outputs.detach(), slopes
 
 
 def _at_once(features: Tensor) -> int:

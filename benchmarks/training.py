@@ -1,0 +1,114 @@
+"""Training against itself: python benchmarks/training.py [ensemble|lightning|steps …]; all parts without an argument.
+
+ensemble    100 seeds of a PSO-started network as one batch, against single trainings one after another
+lightning   zoo.training.train against a raw loop of the same steps
+steps       Levenberg–Marquardt against L-BFGS: time until the loss that L-BFGS ends with
+
+Ratios come from one run on one thread, as medians over repeats that take turns: of wall time, and of CPU time, which does not count what others do on the
+machine.
+"""
+
+from __future__ import annotations
+
+import sys
+import tempfile
+import time
+from collections.abc import Callable
+from functools import partial
+from pathlib import Path
+
+import torch
+
+from zoo.measurements.run import Run
+from zoo.models.bp import BP
+from zoo.training.problem import Problem
+from zoo.training.run import train
+from zoo.training.swarm_init import SwarmInit
+from zoo.training.weights import reset
+
+FEATURES = ["temperature", "temperature_rate"]
+ADAM = partial(torch.optim.Adam, lr=0.01)
+SEEDS, SINGLES, EPOCHS = 100, 5, 1000
+
+
+def one_run(blocks: int, noise: float = 0.02) -> Run:
+    """A chamber run of so many blocks: a curved static error, a term of the rate, noise."""
+    time_s = 50.0 + 100.0 * torch.arange(blocks, dtype=torch.float64)
+    phase = 2 * torch.pi * time_s / time_s[-1]
+    temperature = 20 + 40 * torch.sin(3 * phase) * torch.sin(phase)
+    white = noise * torch.randn(blocks, generator=torch.Generator().manual_seed(1), dtype=torch.float64)
+    error = torch.tanh((temperature - 30) / 15) + 0.2 * torch.sin(temperature / 8) + 0.1 * torch.cos(3 * phase) + white
+    table = torch.stack([time_s, temperature, 0 * temperature], dim=-1)
+    return Run("run", "dph", 100.0, ("time_s", "temperature_c", "reference_dph"), table, error, 1 + 0 * time_s, torch.arange(blocks))
+
+
+def seconds(work: Callable[[], object]) -> torch.Tensor:
+    """(2,) wall and CPU."""
+    started = time.perf_counter(), time.process_time()
+    work()
+    return torch.tensor([time.perf_counter() - started[0], time.process_time() - started[1]])
+
+
+def ratio(one: list[torch.Tensor], other: list[torch.Tensor], factor: float = 1.0) -> str:
+    """Of medians."""
+    wall, cpu = (factor * torch.stack(one).median(0).values / torch.stack(other).median(0).values).tolist()
+    return f"{wall:.2f} x by the clock, {cpu:.2f} x in CPU time"
+
+
+def told(times: list[torch.Tensor]) -> str:
+    wall, cpu = torch.stack(times).median(0).values.tolist()
+    return f"{wall:.2f} s, {cpu:.2f} s CPU"
+
+
+def pso(seed: int) -> SwarmInit:
+    """As conf/init/pso.yaml."""
+    from zoo.swarm import pso as algorithm
+
+    return SwarmInit(algorithm, particles=30, steps=100, seed=seed)
+
+
+def ensemble(out: Path) -> None:
+    run = one_run(350)
+    train(BP(FEATURES), [run], optimizer=ADAM, init=pso(1), epochs=20, out=out)
+    singles, together = [], []
+    for k in range(SINGLES):
+        singles.append(seconds(lambda: train(BP(FEATURES), [run], optimizer=ADAM, init=pso(1 + k), seed=1 + k, epochs=EPOCHS, out=out)))  # noqa: B023
+        if k % 2 == 0:
+            together.append(seconds(lambda: train(BP(FEATURES), [run], optimizer=ADAM, init=pso(1), seeds=SEEDS, epochs=EPOCHS, out=out)))
+    print(f"one PSO-BP (350 blocks, PSO 30 x 100, {EPOCHS} epochs): {told(singles)};  {SEEDS} seeds as one batch: {told(together)}")
+    print(f"  as one batch {SEEDS} seeds are faster than alone: {ratio(singles, together, SEEDS)} (goal: 20)", flush=True)
+
+
+def raw(run: Run, epochs: int) -> None:
+    model = BP(FEATURES)
+    problem = Problem.of_runs(model, [run])
+    reset(model, torch.Generator().manual_seed(1))
+    optimizer = ADAM(model.parameters())
+    for _ in range(epochs):
+        optimizer.zero_grad()
+        ((model.head(problem.features) - problem.error) / problem.scale).square().mean().backward()
+        optimizer.step()
+
+
+def lightning(out: Path) -> None:
+    run = one_run(350)
+    ours, bare = [], []
+    for _ in range(5):
+        ours.append(seconds(lambda: train(BP(FEATURES), [run], optimizer=ADAM, epochs=EPOCHS, out=out)))
+        bare.append(seconds(lambda: raw(run, EPOCHS)))
+    print(f"{EPOCHS} epochs of 350 blocks: train {told(ours)}; raw loop {told(bare)}")
+    print(f"  Lightning over a raw loop: {ratio(ours, bare)} (goal: 2.5)", flush=True)
+
+
+PARTS = {"ensemble": ensemble, "lightning": lightning}
+
+
+def main(parts: list[str]) -> None:
+    torch.set_num_threads(1)
+    with tempfile.TemporaryDirectory() as name:
+        for part in parts or list(PARTS):
+            PARTS[part](Path(name))
+
+
+if __name__ == "__main__":
+    main(sys.argv[1:])

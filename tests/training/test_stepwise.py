@@ -1,0 +1,150 @@
+"""Levenberg–Marquardt and swarms as fits: of one and of many, from any start, on and off."""
+
+from __future__ import annotations
+
+from functools import partial
+
+import pytest
+import torch
+from torch import Generator
+
+from zoo.errors import InputError, WorkError
+from zoo.models.bp import BP
+from zoo.models.polynomial import Polynomial
+from zoo.swarm import pso
+from zoo.training import problem as problems
+from zoo.training import stepwise
+from zoo.training.checkpoints import CHECKPOINT
+from zoo.training.least_squares import LeastSquares
+from zoo.training.levenberg_marquardt import LevenbergMarquardt
+from zoo.training.members import read_members
+from zoo.training.problem import Problem
+from zoo.training.random_init import RandomInit
+from zoo.training.run import train
+from zoo.training.swarm_fit import SwarmFit
+from zoo.training.swarm_init import SwarmInit
+from zoo.training.weights import reset, weight_jacobian, weight_vector
+
+FEATURES = ["temperature", "temperature_rate"]
+METHODS = {"levenberg_marquardt": LevenbergMarquardt(), "pso": SwarmFit(pso, particles=20, steps=30)}
+
+
+@pytest.mark.parametrize("method", list(METHODS))
+@pytest.mark.parametrize("goal", [None, 0.03])
+def test_a_member_is_the_fit_with_its_seed(make_run, tmp_path, method, goal) -> None:
+    runs = [make_run(bend=0.5, noise=0.05)]
+    fit = partial(train, runs=runs, optimizer=METHODS[method], goal=goal, epochs=15)
+    together = fit(BP(FEATURES), seed=3, seeds=3, out=tmp_path)
+    for k, seed in enumerate((3, 4, 5)):
+        alone = fit(BP(FEATURES), seed=seed, out=tmp_path / "alone")
+        assert together["members"]["rms"][k] == pytest.approx(alone["rms"], rel=1e-5)
+        if together["members"]["best_seed"] == seed:
+            assert (together["epochs"], together["evaluations"]) == (alone["epochs"], alone["evaluations"])
+
+
+def test_the_inits_count_for_levenberg_marquardt_and_not_for_a_swarm(make_run, tmp_path) -> None:
+    runs = [make_run(bend=0.5, noise=0.05)]
+    fit = partial(train, BP(FEATURES), runs, epochs=1, out=tmp_path)
+    found = fit(optimizer=LevenbergMarquardt(), init=SwarmInit(pso, 20, 30))
+    assert found["evaluations"] == 20 * 30 + 1 + 4
+    assert found["loss"] < fit(optimizer=LevenbergMarquardt())["loss"]
+    assert fit(optimizer=METHODS["pso"])["evaluations"] == 20 * 30
+
+
+def test_levenberg_marquardt_ends_at_a_minimum(make_run, tmp_path) -> None:
+    model, run = BP(FEATURES, hidden=3), make_run(bend=0.5, noise=0.05)
+    train(model, [run], optimizer=LevenbergMarquardt(settled=1e-12), epochs=400, out=tmp_path)
+    problem = Problem(model, *problems.RunsDataModule([run], [], partial(problems.block_features, model)).fitted)
+    here = weight_vector(model)
+    _, slope = problem.normal_equations(here.unsqueeze(0))
+    assert float(slope.abs().max()) < 1e-6
+    near = here + 1e-3 * torch.randn(200, len(here), generator=Generator().manual_seed(1), dtype=torch.float64)
+    assert float(problem.losses(near).min()) > float(problem.losses(here)) - 1e-9
+
+
+def test_one_step_solves_what_is_linear(make_run, tmp_path) -> None:
+    """The output layer is projected out: whatever the nodes are, no other output weights would have been better."""
+    model, run = BP(FEATURES), make_run(bend=0.5, noise=0.05)
+    method, problem = LevenbergMarquardt(), Problem.of_runs(model, [run])
+    reset(model, Generator().manual_seed(1))
+    hidden = weight_vector(model)
+    state = method.start(problem, hidden.unsqueeze(0), [1])
+    state = method.step(problem, state._replace(damping=torch.full((1,), 1e8, dtype=torch.float64)))  # the nodes stay
+    model.output.weight.data, model.output.bias.data = state.weights[0, 27:36].view(1, 9), state.weights[0, 36:]
+    design = weight_jacobian(model, problem.features)[:, 27:]
+    left = problem.error - model.head(problem.features).detach()
+    torch.testing.assert_close(state.weights[0, :27], hidden[:27], rtol=1e-4, atol=1e-4)
+    assert float((design.T @ left).abs().max() / (design.norm(dim=0) * left.norm()).max()) < 1e-3
+
+
+def test_a_swarm_comes_close_to_what_is_solved(make_run, tmp_path) -> None:
+    runs = [make_run(noise=0.02)]
+    solved = train(Polynomial(FEATURES, 2, 2), runs, optimizer=LeastSquares(), out=tmp_path)
+    found = train(Polynomial(FEATURES, 2, 2), runs, optimizer=SwarmFit(pso, particles=40, steps=150), out=tmp_path)
+    assert solved["rms"] <= found["rms"] < 1.01 * solved["rms"]
+
+
+def test_normal_equations_are_those_of_the_jacobian_in_pieces_or_not(make_run, monkeypatch) -> None:
+    model = BP(FEATURES, hidden=4)
+    problem = Problem.of_runs(model, [make_run(bend=0.5)])
+    weights = torch.randn(3, problem.size, generator=Generator().manual_seed(1), dtype=torch.float64)
+    whole = problem.normal_equations(weights)
+    monkeypatch.setattr(problems, "ROWS_AT_ONCE", 31)
+    for piece, one in zip(problem.normal_equations(weights), whole, strict=True):
+        torch.testing.assert_close(piece, one, rtol=1e-9, atol=1e-12)
+    step = 1e-6 * torch.eye(problem.size, dtype=torch.float64)
+    slopes = (problem.losses(weights.unsqueeze(1) + step) - problem.losses(weights.unsqueeze(1) - step)) / 2e-6
+    torch.testing.assert_close(-2 * whole[1], slopes, rtol=1e-5, atol=1e-7)
+
+
+def test_levenberg_marquardt_resumes_to_where_an_uninterrupted_one_ends(make_run, tmp_path) -> None:
+    fit = partial(train, runs=[make_run(bend=0.5, noise=0.05)], optimizer=LevenbergMarquardt(), seeds=3)
+    fit(BP(FEATURES), epochs=20, out=tmp_path / "whole")
+    fit(BP(FEATURES), epochs=8, out=tmp_path / "part")
+    fit(BP(FEATURES), epochs=20, resume=tmp_path / "part" / CHECKPOINT, out=tmp_path / "again")
+    ends = {name: [list(one.state.values()) for one in read_members(tmp_path / name)] for name in ("whole", "part", "again")}
+    for whole, again in zip(ends["whole"], ends["again"], strict=True):
+        assert all(torch.equal(*pair) for pair in zip(whole, again, strict=True))
+    resume = partial(fit, BP(FEATURES), resume=tmp_path / "part" / CHECKPOINT, out=tmp_path)
+    with pytest.raises(InputError, match="8 steps already, of 8"):
+        resume(epochs=8)
+    with pytest.raises(InputError, match="another number of seeds"):
+        resume(epochs=20, seeds=2)
+    with pytest.raises(InputError, match="trained by LevenbergMarquardt, not by Adam"):
+        resume(epochs=20, seeds=1, optimizer=torch.optim.Adam)
+
+
+def test_what_cannot_be_is_said(make_run, tmp_path) -> None:
+    run = make_run(bend=0.5)
+
+    class Nowhere(RandomInit):
+        def weights(self, problem, members, log):
+            return super().weights(problem, members, log) * float("inf")
+
+    with pytest.raises(WorkError, match="no weights with a finite loss"):
+        train(BP(FEATURES), [run], optimizer=LevenbergMarquardt(), init=Nowhere(), out=tmp_path)
+    with pytest.raises(InputError, match="batch_size=10"):
+        train(BP(FEATURES), [run], optimizer=LevenbergMarquardt(), batch_size=10, out=tmp_path)
+    with pytest.raises(InputError, match=r"optimizer\.settled=2"):
+        LevenbergMarquardt(settled=2)
+
+
+def test_checkpoints_on_the_way_are_gone_on_from(make_run, tmp_path, monkeypatch) -> None:
+    """Stopped half-way by an error of the machine, with a checkpoint after every step."""
+    monkeypatch.setattr(stepwise, "EVERY_S", -1.0)
+    runs, method, calls = [make_run(bend=0.5, noise=0.05)], LevenbergMarquardt(), []
+    whole, again = BP(FEATURES), BP(FEATURES)
+    train(whole, runs, optimizer=method, epochs=12, out=tmp_path / "whole")
+
+    class Broken(LevenbergMarquardt):
+        def step(self, problem, state):
+            calls.append(1)
+            if len(calls) > 5:
+                raise MemoryError
+            return super().step(problem, state)
+
+    Broken.__name__ = "LevenbergMarquardt"
+    with pytest.raises(MemoryError):
+        train(BP(FEATURES), runs, optimizer=Broken(), epochs=12, out=tmp_path / "part")
+    train(again, runs, optimizer=method, epochs=12, resume=tmp_path / "part" / CHECKPOINT, out=tmp_path)
+    assert torch.equal(weight_vector(again), weight_vector(whole))

@@ -1,0 +1,69 @@
+"""Levenberg–Marquardt for networks, all members of an ensemble at once."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from typing import Any
+
+import torch
+from torch import Tensor
+
+from zoo.errors import InputError
+from zoo.models.base import FeatureModel
+from zoo.training.damped_steps import RATIOS, Descent, begin, step
+from zoo.training.problem import Problem
+
+
+class LevenbergMarquardt:
+    """Optimizer of maps of features: damped Gauss–Newton steps, see `zoo.training.damped_steps`.
+
+    Weights that a model declares linear in its class attribute `linear_weights` are projected out.
+    """
+
+    starts_from_init = True
+
+    def __init__(self, settled: float = 1e-6) -> None:
+        """Remember.
+
+        Args:
+            settled: share of the loss by which a step must lower it to be followed by another.
+        """
+        if isinstance(settled, bool) or not isinstance(settled, int | float) or not 0 <= settled < 1:
+            raise InputError(f"optimizer.settled={settled}: a share from 0 up and below 1 is needed")
+        self.settled = settled
+
+    def most_steps(self, epochs: int) -> int:
+        """A step is an epoch."""
+        return epochs
+
+    def start(self, problem: Problem, weights: Tensor | None, seeds: Iterable[int]) -> Descent:
+        """From (E, D) weights."""
+        assert weights is not None
+        return begin(weights, problem.losses(weights))
+
+    def step(self, problem: Problem, state: Descent) -> Descent:
+        """One of each member that has not settled."""
+        return step(state, problem.normal_equations, problem.losses, damped_weights(problem.model), self.settled)
+
+    def evaluations(self, state: Descent) -> list[int]:
+        """Of the network by each member: a Jacobian and the trials in each step."""
+        return [1 + (1 + len(RATIOS)) * steps for steps in state.steps.tolist()]
+
+    def steps_of(self, state: Descent) -> list[int]:
+        """Tried by each member."""
+        return list(state.steps.tolist())
+
+    def kept(self, state: Descent) -> dict[str, Tensor]:
+        """What goes on from here needs."""
+        return {name: value.cpu() for name, value in state._asdict().items()}
+
+    def restored(self, problem: Problem, kept: dict[str, Any]) -> Descent:
+        """The inverse of `kept`."""
+        return Descent(**{name: value.to(problem.features.device) for name, value in kept.items()})
+
+
+def damped_weights(model: FeatureModel) -> Tensor:
+    """(D,) 0 for the weights that a model declares linear, 1 for the others."""
+    linear = getattr(model, "linear_weights", ())
+    pieces = [torch.full_like(one.detach().flatten(), 0.0 if name in linear else 1.0) for name, one in model.named_parameters()]
+    return torch.cat(pieces)
