@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -10,12 +11,28 @@ from zoo.papers.study import BEFORE, Claim, Row, Study
 from zoo.report.canvas import blank, curve, panel
 from zoo.report.comparison_figure import COLORS
 from zoo.report.palette import CHECK, MEASURED
+from zoo.units import symbol
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
 WIDTH, HEIGHT, HEAD, FOOT, INDENT = 740, 190, 48, 44, 12
+
+
+def figures(study: Study, rows: list[Row]) -> dict[str, Figure]:
+    """All of them, by the name of their file."""
+    unit = symbol(study.runs[0].unit)
+    found = {"drift": drift_figure(study, unit)}
+    for sample, run in enumerate(study.runs):
+        found |= {f"fits_{run.name}": fits_figure(study, sample, unit), f"compensated_{run.name}": compensated_figure(study, sample, unit)}
+    return found | table_figures(rows)
+
+
+def table_figures(rows: list[Row]) -> dict[str, Figure]:
+    """Every quantity of the table over the whole runs, by the name of its file."""
+    quantities = dict.fromkeys(row.quantity for row in rows)
+    return {re.sub(r"[^a-z]+", "_", quantity.lower()): table_figure(rows, quantity, "whole") for quantity in quantities}
 
 
 def drift_figure(study: Study, unit: str) -> Figure:
@@ -77,9 +94,10 @@ def table_figure(rows: list[Row], quantity: str, stage: str) -> Figure:
     return figure
 
 
-def table_text(rows: list[Row], claims: list[Claim], title: str) -> str:
-    """The table and the claims as Markdown."""
-    lines = [f"# {title}", "", "| | found | |", "|---|---|---|"]
+def table_text(rows: list[Row], claims: list[Claim], words: str) -> str:
+    """The table and the claims as Markdown, below what is said of the paper: its title, and what else there is to say."""
+    title, *more = words.strip().splitlines()
+    lines = [f"# {title}", *more, "", "| | found | |", "|---|---|---|"]
     lines += [f"| {claim.text} | {claim.value} | {'yes' if claim.holds else '**no**'} |" for claim in claims]
     for quantity in dict.fromkeys(row.quantity for row in rows):
         chosen = [row for row in rows if row.quantity == quantity]
