@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import importlib
+import json
 import re
 from collections.abc import Sequence
 from pathlib import Path
@@ -16,11 +17,13 @@ from omegaconf.errors import OmegaConfBaseException
 from yaml import YAMLError  # type: ignore[import-untyped]
 
 import zoo
-from zoo.artifacts import replacing, write_text
+from zoo.artifacts import replacing, write_json, write_text
 from zoo.errors import InputError, WorkError, causes, in_brief, nearest
+from zoo.models.ranges import Ranges, checked
 
 MODEL_FILE = "model.yaml"
 WEIGHTS_FILE = "weights.pt"
+RANGES_FILE = "ranges.json"
 LISTS = ("effects",)
 """Groups of which a config takes several: in their YAMLs the settings stand below the name, so that several can be merged."""
 
@@ -140,14 +143,17 @@ def build(group: str, name: str, searchpath: Sequence[Path] = (), **overrides: A
     return create(config[name] if group in LISTS else config, **overrides)
 
 
-def save_model(folder: Path, config: dict[str, Any], module: torch.nn.Module) -> None:
+def save_model(folder: Path, config: dict[str, Any], module: torch.nn.Module, ranges: Ranges | None = None) -> None:
     """Write a model so that `load_model` rebuilds it: its config beside its weights.
 
     Args:
         folder: an existing folder.
         config: a plain mapping with `_target_`, as `create` takes it.
         module: the fitted model.
+        ranges: of its raw columns over the runs that it was fitted to, see `zoo.models.ranges`.
     """
+    if ranges is not None:
+        write_json(folder / RANGES_FILE, ranges)
     write_text(folder / MODEL_FILE, OmegaConf.to_yaml(OmegaConf.create(config), resolve=True))
     with replacing(folder / WEIGHTS_FILE) as path:
         torch.save(module.state_dict(), path)
@@ -166,3 +172,18 @@ def load_model(folder: str | Path) -> torch.nn.Module:
     module: torch.nn.Module = create(OmegaConf.load(folder / MODEL_FILE))  # type: ignore[arg-type]
     module.load_state_dict(torch.load(folder / WEIGHTS_FILE, weights_only=True))
     return module.eval()
+
+
+def load_ranges(folder: str | Path) -> Ranges:
+    """Within which values a saved model was fitted, by raw column; empty where that was not saved with it.
+
+    Raises:
+        InputError: the file holds something else.
+    """
+    path = Path(folder) / RANGES_FILE
+    if not path.is_file():
+        return {}
+    try:
+        return checked(json.loads(path.read_text(encoding="utf-8")))
+    except (ValueError, OSError) as error:
+        raise InputError(f"{path}: {in_brief(error)}; train the model again, or take the file away") from error

@@ -19,6 +19,7 @@ from zoo.cli.inputs import read_data, searchpath
 from zoo.errors import InputError
 from zoo.measurements.run import Run
 from zoo.models.base import Model
+from zoo.models.ranges import fitted_ranges
 from zoo.training.gradient import CHECKPOINT
 from zoo.training.run import EVENTS, train
 from zoo.units import symbol
@@ -60,7 +61,7 @@ def run(config: DictConfig, out: Path) -> Path:
         out=out,
         labels=labels,
     )
-    save_model(out, model_config, model)
+    save_model(out, model_config, model, fitted_ranges(model, runs))
     _draw(out, model, [*runs, *check_runs])
     path = write_json(out / METRICS, {"schema_version": 1} | metrics)
     _print(metrics)  # last: who reads it may have gone
