@@ -45,8 +45,7 @@ def run(config: DictConfig, out: Path) -> Path:
         The folder; the new file where there is one.
     """
     device = usable_device(config.torch_device)
-    data = OmegaConf.to_container(config.data, resolve=True)
-    assert isinstance(data, dict)
+    data: dict[str, Any] = OmegaConf.to_container(config.data, resolve=True)  # type: ignore[assignment]
     check_numbers(data["reference"], data["average_s"], data["gap_s"])
     saved = find_model("run", str(config.run))
     layouts = _layouts(data)
@@ -160,7 +159,7 @@ def _draw(targets: list[Path], layouts: list[Layout], done: list[Tally]) -> None
 def _print(facts: list[dict[str, Any]]) -> None:
     """A row a file, and below what should be known of each."""
     console = Console(highlight=False)
-    table = Table("file", "rows", "means of", "", *(Text(word) for word in ("mean", "σ", "RMS")), box=None, pad_edge=False, padding=(0, 2, 0, 0))
+    table = Table("file", "rows", "means of", "", "mean", "σ", "RMS", box=None, pad_edge=False, padding=(0, 2, 0, 0))
     for one in facts:
         start = [Path(one["written"]).name, str(one["rows"]), f"{one['average_s']:g} s [{symbol(one['unit'])}]"]
         for when, first in (("before", start), ("after", ["", "", ""])):

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from dataclasses import dataclass, field
 from pathlib import Path
 
@@ -146,6 +146,9 @@ class Compensation:
 
         names = (f"{PREDICTED}{self._one.unit}", f"{self._one.output.column}{LEFT}")
         append_columns(self._one.path, target, self._sources, names, compute, filled=1, first_s=FIRST_S)
+        if self.tally.unpredicted == self.tally.rows:
+            target.unlink()
+            raise InputError(f"{self._one.path}: {', '.join(self._with.used)}: no row has a number in each; there is nothing to predict from")
         self._close()
         return self.tally
 
@@ -202,8 +205,6 @@ class Compensation:
     def _close(self) -> None:
         assert self._recording is not None
         tally, recording = self.tally, self._recording
-        if tally.unpredicted == tally.rows:
-            raise InputError(f"{self._one.path}: {', '.join(self._with.used)}: no row has a number in each; there is nothing to predict from")
         if not recording.rows:
             return
         recording.close()
@@ -214,15 +215,12 @@ class Compensation:
             tally.notes.append(f"{recording.clock.told()}; what the model remembers goes on along a straight line")
 
 
-def described(layout: Layout, tally: Tally, ranges: Ranges) -> Mapping[str, str]:
-    """What a user should know of one file, by the reason, one line each."""
-    found = {}
+def remarks(one: Layout, tally: Tally, ranges: Ranges) -> list[str]:
+    """What a user should know of one file, a line each."""
+    found = [*one.notes, *tally.notes]
     if tally.unpredicted:
-        found["no prediction"] = (
-            f"{tally.unpredicted} of {tally.rows} rows have no number in a column that the model needs; their new cells are empty"
-        )
+        found.append(f"{tally.unpredicted} of {tally.rows} rows lack a number in a column that the model needs; their new cells are empty")
     for name, (count, low, high) in tally.outside.items():
         fitted = " … ".join(f"{value:.4g}" for value in ranges[name])
-        found[f"outside {name}"] = f"{name} is outside of the {fitted} that was fitted in {count} of {tally.rows} rows ({low:.4g} … {high:.4g})"
-    changed = {note: note for note in (*layout.notes, *tally.notes)}
-    return found | changed
+        found.append(f"{name} is outside of what was fitted ({fitted}) in {count} of {tally.rows} rows: {low:.4g} … {high:.4g}")
+    return found
