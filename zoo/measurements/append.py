@@ -25,6 +25,8 @@ from zoo.measurements.table import column_names, rows
 
 Compute = Callable[[np.ndarray, float], np.ndarray]
 CHUNK_BYTES = 8 << 20
+LEVEL = 3
+"""Of gzip: the digits of what was computed hardly shrink, however long one tries."""
 
 
 def append_columns(
@@ -93,7 +95,7 @@ def _write_csv(source: Path, path: Path, names: Sequence[str], parts: Iterator[t
     line, end = csv_table.header(source)
     with path.open("wb") as raw, ExitStack() as stack:
         # Without a name and a time inside, equal data give equal files.
-        binary = stack.enter_context(gzip.GzipFile("", "wb", 6, raw, mtime=0)) if suffix(source) == ".csv.gz" else raw
+        binary = stack.enter_context(gzip.GzipFile("", "wb", LEVEL, raw, mtime=0)) if suffix(source) == ".csv.gz" else raw
         binary.write(line + b"," + _header_cells(names) + end)
         for part, added in parts:
             lines = csv_table.extended(b"".join(one for one in part.kept if isinstance(one, bytes)), added, source)

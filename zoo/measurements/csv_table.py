@@ -74,8 +74,7 @@ def rows(path: Path, columns: Sequence[str], chunk_bytes: int, keep: bool = Fals
         for block, share in _blocks(path, chunk_bytes):
             if not block.strip(b"\r\n"):
                 continue
-            # A block of its own may be parsed on several threads at once.
-            options = pa.csv.ReadOptions(block_size=max(len(block) // 2 + 1, 1 << 16), column_names=every)
+            options = pa.csv.ReadOptions(block_size=len(block) + 1, column_names=every)
             table = pa.csv.read_csv(pa.BufferReader(block), options, convert_options=convert).combine_chunks()
             if table.num_rows:
                 parsed = np.column_stack([numbers(column.chunk(0)) for column in table.columns])
@@ -98,7 +97,7 @@ def explain(path: Path, columns: Sequence[str], chunk: np.ndarray, before: int, 
 def header(path: Path) -> tuple[bytes, bytes]:
     """The first line as it stands, and what ends it."""
     with pa.OSFile(str(path)) as file, _unpacked(path, file) as stream:
-        return _first_line(stream)[:2]
+        return _first_line(stream, 1 << 16)[:2]
 
 
 def extended(lines: bytes, added: np.ndarray, path: Path) -> pa.BinaryArray:
@@ -125,7 +124,7 @@ def _blocks(path: Path, chunk_bytes: int) -> Iterator[tuple[bytes, float]]:
     """Whole lines after the header, and how much of the file has been read."""
     size = max(path.stat().st_size, 1)
     with pa.OSFile(str(path)) as file, _unpacked(path, file) as stream:
-        _, end, rest = _first_line(stream)
+        _, end, rest = _first_line(stream, chunk_bytes)
         while data := stream.read(chunk_bytes):
             rest += data
             cut = rest.rfind(end) + len(end)
@@ -135,10 +134,10 @@ def _blocks(path: Path, chunk_bytes: int) -> Iterator[tuple[bytes, float]]:
         yield rest, 1.0
 
 
-def _first_line(stream: pa.NativeFile) -> tuple[bytes, bytes, bytes]:
+def _first_line(stream: pa.NativeFile, chunk_bytes: int) -> tuple[bytes, bytes, bytes]:
     """The first line, what ends it, and what has been read beyond."""
     text = b""
-    while data := stream.read(1 << 16):
+    while data := stream.read(chunk_bytes):
         text += data
         found = re.search(rb"\r\n|\n|\r(?=.)", text, re.DOTALL)
         if found:
