@@ -4,7 +4,8 @@ ensemble    100 seeds of a PSO-started network as one batch, against single trai
 lightning   zoo.training.train against a raw loop of the same steps
 steps       Levenberg–Marquardt against L-BFGS: time until the loss that L-BFGS ends with
 
-Ratios come from one run on one thread, as medians over repeats that take turns: of wall time, and of CPU time, which does not count what others do on the
+Ratios come from one run on one thread, as medians over repeats that take turns: of wall time, and of CPU time, which does not count what others
+do on the
 machine.
 """
 
