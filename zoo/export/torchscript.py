@@ -1,0 +1,193 @@
+"""A trained model as TorchScript: one file that Python or C++ runs with torch alone, whole runs or sample by sample.
+
+TorchScript is deprecated and works; all that the house has of it for files is in here, beside `zoo.export.program`, its successor.
+"""
+
+# No `from __future__ import annotations`: TorchScript reads class annotations.
+import copy
+import io
+import math
+import warnings
+from collections.abc import Iterator
+from contextlib import contextmanager
+from typing import Any
+
+import torch
+from torch import Tensor, nn
+
+from zoo.errors import InputError, WorkError
+from zoo.export.feature_stream import FeatureStream
+from zoo.export.recipe import Recipe, recipes
+from zoo.models.base import Model
+from zoo.models.ranges import Ranges, limits
+
+
+class FeatureCore(nn.Module):
+    """A network as it was trained, and the same one sample at a time."""
+
+    def __init__(self, model: Model, features: list[Recipe]) -> None:
+        super().__init__()
+        self.model = model
+        self.stream = FeatureStream(features)
+
+    def forward(self, x: Tensor) -> Tensor:
+        """(T, C) raw columns -> (T,) predicted error; the state of `step` is not touched."""
+        predicted: Tensor = self.model(x)
+        return predicted
+
+    def forget(self) -> None:
+        """Back to before the first sample."""
+        self.stream.forget()
+
+    def step(self, x: Tensor, now: list[float]) -> Tensor:
+        """The next sample, as tensor and as numbers (C,) -> () predicted error."""
+        values = self.stream(now)
+        features = torch.empty([len(values)], dtype=x.dtype, device=x.device)
+        for i, value in enumerate(values):
+            features.select(0, i).fill_(value)  # torch.tensor(values) and features[i] = value go through single precision in TorchScript
+        predicted: Tensor = self.model.head(features)
+        return predicted
+
+
+class Exported(nn.Module):
+    """What lies in ``model.ts``: ``forward``, ``step``, ``step_checked`` and ``reset``.
+
+    A row is used where all its numbers are finite and its time is later than that of the last row used. Any other row gets NaN as its prediction
+    and leaves no trace: the next one goes on over the gap, exactly.
+
+    Attributes:
+        inputs: names of the raw columns, the time first.
+        unit: of the prediction.
+        low: (C,) lowest trained value of each, less some room for noise.
+        high: (C,) highest, with the same room.
+        refuse_outside: whether a row outside of the trained range gets NaN; its numbers are remembered all the same, as they are the gyro's past.
+        last: time of the last row that `step` used [s].
+    """
+
+    inputs: list[str]
+    unit: str
+    low: list[float]
+    high: list[float]
+    refuse_outside: bool
+    last: float
+
+    def __init__(self, core: nn.Module, inputs: list[str], unit: str, ranges: Ranges, refuse_outside: bool) -> None:
+        super().__init__()
+        self.core = core
+        self.inputs = list(inputs)
+        self.unit = unit
+        bounds = limits(inputs, ranges)
+        self.low, self.high = [low for low, _ in bounds], [high for _, high in bounds]
+        self.refuse_outside = refuse_outside
+        self.last = -math.inf
+
+    def forward(self, x: Tensor) -> Tensor:
+        """Predict a whole run from its first row, (N, C) raw columns in time order -> (N,)."""
+        if x.dim() != 2 or x.size(1) != len(self.inputs):
+            raise ValueError("forward takes (N, C) raw columns, C as many as the attribute `inputs` names")
+        x = x.to(torch.float64)
+        usable = self.usable(x)
+        predicted = torch.full_like(x[:, 0], math.nan)
+        if bool(usable.all()) and x.size(0) > 0:
+            predicted = self.core(x)
+        elif bool(usable.any()):
+            predicted[usable] = self.core(x[usable])
+        if self.refuse_outside:
+            low = torch.stack([torch.full_like(predicted, value) for value in self.low], dim=1)
+            high = torch.stack([torch.full_like(predicted, value) for value in self.high], dim=1)
+            predicted = torch.where(((x >= low) & (x <= high)).all(dim=1), predicted, torch.full_like(predicted, math.nan))
+        return predicted
+
+    def usable(self, x: Tensor) -> Tensor:
+        """(T, C) -> (T,) bool: rows of finite numbers, later than all such rows before them."""
+        finite = torch.isfinite(x).all(dim=1)
+        time = torch.where(finite, x[:, 0], torch.full_like(x[:, 0], -math.inf))
+        if x.size(0) < 2:
+            return finite
+        latest = torch.cummax(time, dim=0)[0]
+        return finite & torch.cat([torch.ones_like(finite[:1]), time[1:] > latest[:-1]])
+
+    @torch.jit.export
+    def reset(self) -> None:
+        """Forget the past: the next sample is the first of a run."""
+        self.last = -math.inf
+        self.core.forget()
+
+    @torch.jit.export
+    def step(self, x: Tensor) -> Tensor:
+        """Predict the next sample, (C,) raw columns -> ()."""
+        x = self.checked(x)
+        now: list[float] = x.tolist()
+        return self.advance(x, now)
+
+    @torch.jit.export
+    def step_checked(self, x: Tensor) -> tuple[Tensor, Tensor]:
+        """The same, with (C,) bool: whether each number is within the trained range, and the time later than before."""
+        x = self.checked(x)
+        now: list[float] = x.tolist()
+        inside = torch.empty([len(now)], dtype=torch.bool, device=x.device)
+        for i, value in enumerate(now):
+            inside.select(0, i).fill_(value >= self.low[i] and value <= self.high[i])
+        inside.select(0, 0).fill_(now[0] > self.last and math.isfinite(now[0]))
+        return self.advance(x, now), inside
+
+    def checked(self, x: Tensor) -> Tensor:
+        """The sample in double precision; another shape is refused."""
+        if x.dim() != 1 or x.size(0) != len(self.inputs):
+            raise ValueError("step takes (C,) raw columns, C as many as the attribute `inputs` names")
+        return x.to(torch.float64)
+
+    def advance(self, x: Tensor, now: list[float]) -> Tensor:
+        """Use one sample, or leave it out."""
+        usable = now[0] > self.last
+        inside = True
+        for i, value in enumerate(now):
+            usable = usable and math.isfinite(value)
+            inside = inside and value >= self.low[i] and value <= self.high[i]
+        if not usable:
+            return torch.full([], math.nan, dtype=torch.float64, device=x.device)
+        self.last = now[0]
+        predicted: Tensor = self.core.step(x, now)
+        if self.refuse_outside and not inside:
+            return torch.full_like(predicted, math.nan)
+        return predicted
+
+
+def to_torchscript(model: Model, unit: str, ranges: Ranges, refuse_outside: bool = False) -> bytes:
+    """The file ``model.ts``.
+
+    Args:
+        model: trained; not changed.
+        unit: of its prediction.
+        ranges: of the raw columns that it was fitted to; a column without one is nowhere outside.
+        refuse_outside: see `Exported`.
+
+    Raises:
+        InputError: a model of this kind cannot be written as TorchScript.
+    """
+    features = recipes(model)
+    if features is None:
+        raise InputError(f"{type(model).__name__}: cannot be exported")
+    still = copy.deepcopy(model).cpu().eval().requires_grad_(False)
+    file = io.BytesIO()
+    with _deprecated():
+        try:
+            torch.jit.save(torch.jit.script(Exported(FeatureCore(still, features), model.inputs, unit, ranges, refuse_outside).eval()), file)
+        except RuntimeError as error:
+            raise WorkError(f"{type(model).__name__}: TorchScript does not take it: {str(error).strip().splitlines()[0]}") from error
+    return file.getvalue()
+
+
+def load_torchscript(file: bytes) -> Any:
+    """What `to_torchscript` made, as a module."""
+    with _deprecated():
+        return torch.jit.load(io.BytesIO(file))
+
+
+@contextmanager
+def _deprecated() -> Iterator[None]:
+    """Without torch's remark on every use of TorchScript that there is a successor."""
+    with warnings.catch_warnings():
+        warnings.filterwarnings("ignore", category=DeprecationWarning, module="torch")
+        warnings.filterwarnings("ignore", message=".*torch.jit.*")
+        yield
