@@ -8,6 +8,7 @@ import io
 import torch
 from torch import Tensor, nn
 from torch.export import Dim, ExportedProgram
+from torch.fx import GraphModule
 
 from zoo.errors import InputError
 from zoo.export.feature_scan import FeatureScan
@@ -63,7 +64,15 @@ def to_programs(model: Model) -> tuple[bytes, bytes]:
     return _saved(whole), _saved(torch.export.export(step, (example[0], step.scan.fresh())))
 
 
+def load_program(file: bytes) -> ExportedProgram:
+    """What `to_programs` made."""
+    return torch.export.load(io.BytesIO(file))
+
+
 def _saved(program: ExportedProgram) -> bytes:
     file = io.BytesIO()
+    for graph in [module.graph for module in program.graph_module.modules() if isinstance(module, GraphModule)]:
+        for node in graph.nodes:
+            node.meta.pop("stack_trace", None)  # the folders of this machine
     torch.export.save(program, file)
     return file.getvalue()

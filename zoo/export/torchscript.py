@@ -8,6 +8,7 @@ import copy
 import io
 import math
 import warnings
+import zipfile
 from collections.abc import Iterator
 from contextlib import contextmanager
 from typing import Any
@@ -175,7 +176,17 @@ def to_torchscript(model: Model, unit: str, ranges: Ranges, refuse_outside: bool
             torch.jit.save(torch.jit.script(Exported(FeatureCore(still, features), model.inputs, unit, ranges, refuse_outside).eval()), file)
         except RuntimeError as error:
             raise WorkError(f"{type(model).__name__}: TorchScript does not take it: {str(error).strip().splitlines()[0]}") from error
-    return file.getvalue()
+    return _without_sources(file.getvalue())
+
+
+def _without_sources(file: bytes) -> bytes:
+    """The same less the records that say from which file of this machine each line of code comes."""
+    kept = io.BytesIO()
+    with zipfile.ZipFile(io.BytesIO(file)) as old, zipfile.ZipFile(kept, "w", zipfile.ZIP_STORED) as new:
+        for record in old.infolist():
+            if not record.filename.endswith(".debug_pkl"):
+                new.writestr(record, old.read(record))
+    return kept.getvalue()
 
 
 def load_torchscript(file: bytes) -> Any:
