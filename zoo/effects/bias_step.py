@@ -49,7 +49,7 @@ class BiasStep(Effect):
 
 
 def shortest_step(time: Tensor) -> Tensor:
-    """(T,) the shortest sampling step so far [s]: of an even record its step, of one with gaps that between them; next to nothing at the first sample."""
+    """(T,) the shortest sampling step so far [s], whatever gaps there are; next to nothing at the first sample."""
     steps = torch.diff(with_last(time))
     before = resumed(torch.full_like(time[0], torch.inf))
     return after_first(torch.full_like(time[0], 1e-9), left(torch.minimum(steps.cummin(-1).values, before), before))

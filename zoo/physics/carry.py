@@ -23,6 +23,9 @@ from torch import Tensor
 
 from zoo.errors import WorkError
 
+is_scripting = torch.jit.is_scripting  # type: ignore[attr-defined]
+"""Where this is so, the compiler leaves out what stands under `else`."""
+
 
 class Carried:
     """One chunk of a record: a context in which the primitives go on from `states`.
@@ -80,7 +83,7 @@ _present: ContextVar[Carried | None] = ContextVar("carried", default=None)
 
 def is_carried() -> bool:
     """Whether this is a chunk of a longer record."""
-    if torch.jit.is_scripting():
+    if is_scripting():
         return False
     else:  # noqa: RET505 (what stands here is not compiled)
         return _present.get() is not None
@@ -95,7 +98,7 @@ def with_last(value: Tensor) -> Tensor:
     Returns:
         (..., T) in the first chunk and in a whole record, else (..., 1+T).
     """
-    if torch.jit.is_scripting():
+    if is_scripting():
         return value
     else:  # noqa: RET505
         return _with_last(value)
@@ -111,7 +114,7 @@ def after_first(first: Tensor, rest: Tensor) -> Tensor:
     Returns:
         (..., T).
     """
-    if torch.jit.is_scripting():
+    if is_scripting():
         return torch.cat([first.unsqueeze(-1), rest], dim=-1)
     else:  # noqa: RET505
         carried = _present.get()
@@ -120,7 +123,7 @@ def after_first(first: Tensor, rest: Tensor) -> Tensor:
 
 def resumed(start: Tensor) -> Tensor:
     """The state before a chunk: `start` (...) of a recurrence where the record begins, else what `left` was given in the chunk before."""
-    if torch.jit.is_scripting():
+    if is_scripting():
         return start
     else:  # noqa: RET505
         carried = _present.get()
@@ -137,7 +140,7 @@ def left(states: Tensor, start: Tensor) -> Tensor:
     Returns:
         (..., T).
     """
-    if torch.jit.is_scripting():
+    if is_scripting():
         return states
     else:  # noqa: RET505
         carried = _present.get()
@@ -148,7 +151,7 @@ def left(states: Tensor, start: Tensor) -> Tensor:
 
 def at_start(value: Tensor) -> Tensor:
     """(...) first sample of a whole record (..., T), in whichever chunk of it."""
-    if torch.jit.is_scripting():
+    if is_scripting():
         return value[..., 0]
     else:  # noqa: RET505
         first = resumed(value[..., 0])
