@@ -6,7 +6,6 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
-import torch
 from omegaconf import DictConfig, OmegaConf
 from omegaconf.errors import OmegaConfBaseException
 from rich.console import Console
@@ -46,7 +45,9 @@ def run(config: DictConfig, out: Path) -> Path:
         raise InputError(f"refuse_outside={config.refuse_outside}: possible: true, false")
     saved = find_model("run", str(config.run))
     if "unit" not in saved.facts:
-        raise InputError(f"run={saved.folder}: no metrics.json or refinement.json beside the model, which says the unit; give the whole output folder")
+        raise InputError(
+            f"run={saved.folder}: no metrics.json or refinement.json beside the model, which says the unit; give the whole output folder"
+        )
     with Console(stderr=True).status("exporting, and trying the files against the model"), threads_for(0):
         runs = _training_runs(saved)
         metadata = write_export(
@@ -56,7 +57,6 @@ def run(config: DictConfig, out: Path) -> Path:
             {one.name: raw_columns(saved.module, one) for one in runs},
             out,
             about=_about(saved, runs),
-            generator=torch.Generator().manual_seed(config.seed),
             refuse_outside=config.refuse_outside,
         )
     _print(metadata)

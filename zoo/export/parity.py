@@ -19,14 +19,14 @@ STEPPED = 2000
 """Rows of each run that are taken one by one."""
 
 
-def differences(model: Model, files: Mapping[str, bytes], tables: Mapping[str, Tensor], ranges: Ranges, refuse_outside: bool) -> dict[str, float]:
+def differences(model: Model, files: Mapping[str, bytes], tables: Mapping[str, Tensor], refused: Ranges) -> dict[str, float]:
     """Largest differences between files and model over some runs, and between sample by sample and whole runs.
 
     Args:
         model: trained.
         files: the exported ones by name.
         tables: (T, C) raw columns by run.
-        ranges: of the raw columns, outside of which the files refuse where `refuse_outside` says so.
+        refused: ranges of the raw columns outside of which ``model.ts`` refuses to predict.
 
     Returns:
         Largest |Δ| [output's unit] by what was compared.
@@ -38,7 +38,7 @@ def differences(model: Model, files: Mapping[str, bytes], tables: Mapping[str, T
     with torch.no_grad():
         for run, x in tables.items():
             truth = model(x)
-            judged = ~outside(x, model.inputs, ranges).any(1) if refuse_outside else torch.ones_like(truth, dtype=torch.bool)
+            judged = ~outside(x, model.inputs, refused).any(1)
             scale = float(truth.abs().max())
             for what, (given, wanted) in _pairs(files, x, truth).items():
                 apart = float((given - wanted)[judged[: len(given)]].abs().amax()) if bool(judged[: len(given)].any()) else 0.0

@@ -9,18 +9,18 @@ import io
 import math
 import warnings
 import zipfile
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from typing import Any
 
 import torch
 from torch import Tensor, nn
 
-from zoo.errors import InputError, WorkError
+from zoo.errors import WorkError
+from zoo.export.carried import CHUNK, in_pieces
 from zoo.export.feature_stream import FeatureStream
 from zoo.export.recipe import Recipe, recipes
 from zoo.models.base import Model
-from zoo.models.ranges import Ranges, limits
 
 
 class FeatureCore(nn.Module):
@@ -50,6 +50,49 @@ class FeatureCore(nn.Module):
         return predicted
 
 
+class CarriedCore(nn.Module):
+    """Any other model, traced: the first row, the next one, and as many at once as `forward` takes for speed."""
+
+    state: Tensor
+
+    def __init__(self, first: nn.Module, following: nn.Module, chunk: nn.Module, size: int) -> None:
+        super().__init__()
+        self.first = first
+        self.following = following
+        self.chunk = chunk
+        self.size = size
+        self.begun = False
+        self.register_buffer("state", torch.zeros(0, dtype=torch.float64))
+
+    def forward(self, x: Tensor) -> Tensor:
+        """(T, C) raw columns -> (T,) predicted error; the state of `step` is not touched."""
+        predicted, state = self.first(x[:1])
+        parts = [predicted]
+        missing = (1 - x.size(0)) % self.size
+        # Rows after the last change nothing before them.
+        later = x[-1:].repeat(missing, 1)
+        later[:, 0] += torch.arange(1, missing + 1, dtype=x.dtype, device=x.device)
+        rows = torch.cat([x[1:], later])
+        for i in range(0, rows.size(0), self.size):
+            predicted, state = self.chunk(rows[i : i + self.size], state)
+            parts.append(predicted)
+        return torch.cat(parts)[: x.size(0)]
+
+    def forget(self) -> None:
+        """Back to before the first sample."""
+        self.begun = False
+
+    def step(self, x: Tensor, now: list[float]) -> Tensor:
+        """The next sample (C,) -> () predicted error."""
+        row = x.unsqueeze(0)
+        if self.begun:
+            predicted, self.state = self.following(row, self.state)
+        else:
+            predicted, self.state = self.first(row)
+            self.begun = True
+        return predicted[0]
+
+
 class Exported(nn.Module):
     """What lies in ``model.ts``: ``forward``, ``step``, ``step_checked`` and ``reset``.
 
@@ -72,13 +115,12 @@ class Exported(nn.Module):
     refuse_outside: bool
     last: float
 
-    def __init__(self, core: nn.Module, inputs: list[str], unit: str, ranges: Ranges, refuse_outside: bool) -> None:
+    def __init__(self, core: nn.Module, inputs: list[str], unit: str, limits: Sequence[tuple[float, float]], refuse_outside: bool) -> None:
         super().__init__()
         self.core = core
         self.inputs = list(inputs)
         self.unit = unit
-        bounds = limits(inputs, ranges)
-        self.low, self.high = [low for low, _ in bounds], [high for _, high in bounds]
+        self.low, self.high = [low for low, _ in limits], [high for _, high in limits]
         self.refuse_outside = refuse_outside
         self.last = -math.inf
 
@@ -154,29 +196,46 @@ class Exported(nn.Module):
         return predicted
 
 
-def to_torchscript(model: Model, unit: str, ranges: Ranges, refuse_outside: bool = False) -> bytes:
+def to_torchscript(model: Model, unit: str, x: Tensor, limits: Sequence[tuple[float, float]], refuse_outside: bool = False) -> bytes:
     """The file ``model.ts``.
 
     Args:
         model: trained; not changed.
         unit: of its prediction.
-        ranges: of the raw columns that it was fitted to; a column without one is nowhere outside.
+        x: (T, C) raw columns of a record like those it will see, some thousand rows.
+        limits: (C,) between which values each raw column is taken for trained.
         refuse_outside: see `Exported`.
 
     Raises:
-        InputError: a model of this kind cannot be written as TorchScript.
+        InputError: a model of this kind cannot be exported.
+        WorkError: TorchScript does not take it.
     """
-    features = recipes(model)
-    if features is None:
-        raise InputError(f"{type(model).__name__}: cannot be exported")
     still = copy.deepcopy(model).cpu().eval().requires_grad_(False)
     file = io.BytesIO()
-    with _deprecated():
+    with _quiet():
         try:
-            torch.jit.save(torch.jit.script(Exported(FeatureCore(still, features), model.inputs, unit, ranges, refuse_outside).eval()), file)
+            torch.jit.save(torch.jit.script(Exported(_core(still, x), model.inputs, unit, limits, refuse_outside).eval()), file)
         except RuntimeError as error:
+            if isinstance(error, WorkError):
+                raise
             raise WorkError(f"{type(model).__name__}: TorchScript does not take it: {str(error).strip().splitlines()[0]}") from error
     return _without_sources(file.getvalue())
+
+
+def _core(model: Model, x: Tensor) -> nn.Module:
+    features = recipes(model)
+    if features is not None:
+        return FeatureCore(model, features)
+    first, following = in_pieces(model, x)
+    with torch.no_grad():
+        state = first(x[:1])[1]
+        traced = [_traced(first, x[:1]), _traced(following, x[1:2], state), _traced(following, x[1 : 1 + CHUNK], state)]
+    return CarriedCore(*traced, CHUNK)
+
+
+def _traced(module: nn.Module, *arguments: Tensor) -> nn.Module:
+    traced: nn.Module = torch.jit.trace(module.eval(), arguments, check_trace=False)  # what the whole file says is compared with the model later
+    return traced
 
 
 def _without_sources(file: bytes) -> bytes:
@@ -191,14 +250,15 @@ def _without_sources(file: bytes) -> bytes:
 
 def load_torchscript(file: bytes) -> Any:
     """What `to_torchscript` made, as a module."""
-    with _deprecated():
+    with _quiet():
         return torch.jit.load(io.BytesIO(file))
 
 
 @contextmanager
-def _deprecated() -> Iterator[None]:
-    """Without torch's remark on every use of TorchScript that there is a successor."""
+def _quiet() -> Iterator[None]:
+    """Without torch's remarks that TorchScript has a successor, and that a trace holds for chunks of one length only."""
     with warnings.catch_warnings():
         warnings.filterwarnings("ignore", category=DeprecationWarning, module="torch")
         warnings.filterwarnings("ignore", message=".*torch.jit.*")
+        warnings.filterwarnings("ignore", category=torch.jit.TracerWarning)
         yield

@@ -10,15 +10,15 @@ from contextlib import ExitStack
 from pathlib import Path
 from typing import Any
 
-from torch import Generator, Tensor
+from torch import Tensor
 
 from zoo.artifacts import replacing
 from zoo.export.parity import AGREEMENT, STEPPED, differences
 from zoo.export.program import load_program, to_programs
-from zoo.export.rehearsal import rehearsal
 from zoo.export.torchscript import to_torchscript
 from zoo.models.base import Model
-from zoo.models.ranges import ROOM, Ranges
+from zoo.models.example import example, used_inputs
+from zoo.models.ranges import ROOM, Ranges, limits
 from zoo.units import output_suffix, symbol
 
 SCRIPT, PROGRAM, STEP, METADATA = "model.ts", "model.pt2", "step.pt2", "metadata.json"
@@ -35,7 +35,6 @@ def write_export(
     out: Path,
     *,
     about: Mapping[str, Any],
-    generator: Generator,
     refuse_outside: bool = False,
 ) -> dict[str, Any]:
     """Write a trained model as ``model.ts``, ``model.pt2``, ``step.pt2`` and ``metadata.json``.
@@ -47,7 +46,6 @@ def write_export(
         recorded: (T, C) raw columns of runs to try the files on, by name; a made-up run is tried besides.
         out: folder of the files.
         about: what is known of the model, first in the metadata.
-        generator: of the made-up run.
         refuse_outside: whether ``model.ts`` gives NaN outside of the trained range.
 
     Returns:
@@ -57,15 +55,19 @@ def write_export(
         InputError: this kind of model cannot be exported.
         WorkError: a file does not say what the model says.
     """
-    whole, step = to_programs(model)
-    files = {SCRIPT: to_torchscript(model, unit, ranges, refuse_outside), PROGRAM: whole, STEP: step}
-    tables = dict(recorded) | {"a made-up run": rehearsal(model.inputs, ranges, generator)}
-    apart = differences(model, files, tables, ranges, refuse_outside)
+    made_up = example(model.inputs, ranges)
+    used = used_inputs(model, made_up)
+    judged = {name: ranges[name] for name in used if name in ranges}  # what decides nothing may be anything
+    whole, step = to_programs(model, made_up)
+    files = {SCRIPT: to_torchscript(model, unit, made_up, limits(model.inputs, judged), refuse_outside), PROGRAM: whole, STEP: step}
+    tables = dict(recorded) | {"a made-up run": made_up}
+    apart = differences(model, files, tables, judged if refuse_outside else {})
     metadata = dict(about) | {
         "inputs": list(model.inputs),
         "input_units": {name: input_unit(name) for name in model.inputs},
         "unit": unit,
         "unit_symbol": symbol(unit),
+        "unused": [name for name in model.inputs[1:] if name not in used],
         "trained_range": {name: list(ranges[name]) if name in ranges else None for name in model.inputs},
         "room_outside": ROOM,
         "refuse_outside": refuse_outside,
