@@ -15,42 +15,58 @@ from typing import Any
 
 import torch
 from torch import Tensor, nn
+from torch.jit._trace import TracerWarning
 
 from zoo.errors import WorkError
 from zoo.export.carried import CHUNK, in_pieces
 from zoo.export.feature_stream import FeatureStream
 from zoo.export.recipe import Recipe, recipes
-from zoo.models.base import Model
+from zoo.models.base import FeatureModel, Model
 
 
-class FeatureCore(nn.Module):
+class Core(nn.Module):
+    """Abstract: a model over whole runs and one sample at a time."""
+
+    def forward(self, x: Tensor) -> Tensor:
+        """(T, C) raw columns -> (T,) predicted error; the state of `step` is not touched."""
+        raise NotImplementedError
+
+    def step(self, x: Tensor, now: list[float]) -> Tensor:
+        """The next sample, as tensor and as numbers (C,) -> () predicted error."""
+        raise NotImplementedError
+
+    def forget(self) -> None:
+        """Back to before the first sample."""
+        raise NotImplementedError
+
+
+class FeatureCore(Core):
     """A network as it was trained, and the same one sample at a time."""
 
-    def __init__(self, model: Model, features: list[Recipe]) -> None:
+    def __init__(self, model: FeatureModel, features: list[Recipe]) -> None:
         super().__init__()
         self.model = model
         self.stream = FeatureStream(features)
 
     def forward(self, x: Tensor) -> Tensor:
-        """(T, C) raw columns -> (T,) predicted error; the state of `step` is not touched."""
+        """See `Core.forward`."""
         predicted: Tensor = self.model(x)
         return predicted
 
     def forget(self) -> None:
-        """Back to before the first sample."""
+        """See `Core.forget`."""
         self.stream.forget()
 
     def step(self, x: Tensor, now: list[float]) -> Tensor:
-        """The next sample, as tensor and as numbers (C,) -> () predicted error."""
+        """See `Core.step`."""
         values = self.stream(now)
         features = torch.empty([len(values)], dtype=x.dtype, device=x.device)
         for i, value in enumerate(values):
             features.select(0, i).fill_(value)  # torch.tensor(values) and features[i] = value go through single precision in TorchScript
-        predicted: Tensor = self.model.head(features)
-        return predicted
+        return self.model.head(features)
 
 
-class CarriedCore(nn.Module):
+class CarriedCore(Core):
     """Any other model, traced: the first row, the next one, and as many at once as `forward` takes for speed."""
 
     state: Tensor
@@ -65,7 +81,7 @@ class CarriedCore(nn.Module):
         self.register_buffer("state", torch.zeros(0, dtype=torch.float64))
 
     def forward(self, x: Tensor) -> Tensor:
-        """(T, C) raw columns -> (T,) predicted error; the state of `step` is not touched."""
+        """See `Core.forward`."""
         predicted, state = self.first(x[:1])
         parts = [predicted]
         missing = (1 - x.size(0)) % self.size
@@ -79,11 +95,11 @@ class CarriedCore(nn.Module):
         return torch.cat(parts)[: x.size(0)]
 
     def forget(self) -> None:
-        """Back to before the first sample."""
+        """See `Core.forget`."""
         self.begun = False
 
     def step(self, x: Tensor, now: list[float]) -> Tensor:
-        """The next sample (C,) -> () predicted error."""
+        """See `Core.step`."""
         row = x.unsqueeze(0)
         if self.begun:
             predicted, self.state = self.following(row, self.state)
@@ -115,7 +131,7 @@ class Exported(nn.Module):
     refuse_outside: bool
     last: float
 
-    def __init__(self, core: nn.Module, inputs: list[str], unit: str, limits: Sequence[tuple[float, float]], refuse_outside: bool) -> None:
+    def __init__(self, core: Core, inputs: list[str], unit: str, limits: Sequence[tuple[float, float]], refuse_outside: bool) -> None:
         super().__init__()
         self.core = core
         self.inputs = list(inputs)
@@ -190,7 +206,7 @@ class Exported(nn.Module):
         if not usable:
             return torch.full([], math.nan, dtype=torch.float64, device=x.device)
         self.last = now[0]
-        predicted: Tensor = self.core.step(x, now)
+        predicted = self.core.step(x, now)
         if self.refuse_outside and not inside:
             return torch.full_like(predicted, math.nan)
         return predicted
@@ -222,15 +238,15 @@ def to_torchscript(model: Model, unit: str, x: Tensor, limits: Sequence[tuple[fl
     return _without_sources(file.getvalue())
 
 
-def _core(model: Model, x: Tensor) -> nn.Module:
+def _core(model: Model, x: Tensor) -> Core:
     features = recipes(model)
-    if features is not None:
+    if features is not None and isinstance(model, FeatureModel):
         return FeatureCore(model, features)
     first, following = in_pieces(model, x)
     with torch.no_grad():
         state = first(x[:1])[1]
-        traced = [_traced(first, x[:1]), _traced(following, x[1:2], state), _traced(following, x[1 : 1 + CHUNK], state)]
-    return CarriedCore(*traced, CHUNK)
+        one, many = _traced(following, x[1:2], state), _traced(following, x[1 : 1 + CHUNK], state)
+        return CarriedCore(_traced(first, x[:1]), one, many, CHUNK)
 
 
 def _traced(module: nn.Module, *arguments: Tensor) -> nn.Module:
@@ -260,5 +276,5 @@ def _quiet() -> Iterator[None]:
     with warnings.catch_warnings():
         warnings.filterwarnings("ignore", category=DeprecationWarning, module="torch")
         warnings.filterwarnings("ignore", message=".*torch.jit.*")
-        warnings.filterwarnings("ignore", category=torch.jit.TracerWarning)
+        warnings.filterwarnings("ignore", category=TracerWarning)
         yield

@@ -13,11 +13,12 @@ from typing import Any
 from torch import Tensor
 
 from zoo.artifacts import replacing
+from zoo.export.narrowed import narrowed
 from zoo.export.parity import AGREEMENT, STEPPED, differences
 from zoo.export.program import load_program, to_programs
 from zoo.export.torchscript import to_torchscript
 from zoo.models.base import Model
-from zoo.models.example import example, used_inputs
+from zoo.models.example import example
 from zoo.models.ranges import ROOM, Ranges, limits
 from zoo.units import output_suffix, symbol
 
@@ -55,20 +56,20 @@ def write_export(
         InputError: this kind of model cannot be exported.
         WorkError: a file does not say what the model says.
     """
+    asked = narrowed(model, ranges)
     made_up = example(model.inputs, ranges)
-    used = used_inputs(model, made_up)
-    judged = {name: ranges[name] for name in used if name in ranges}  # what decides nothing may be anything
-    whole, step = to_programs(model, made_up)
-    files = {SCRIPT: to_torchscript(model, unit, made_up, limits(model.inputs, judged), refuse_outside), PROGRAM: whole, STEP: step}
+    own = made_up[:, [model.inputs.index(name) for name in asked.inputs]]
+    whole, step = to_programs(asked, own)
+    files = {SCRIPT: to_torchscript(asked, unit, own, limits(asked.inputs, ranges), refuse_outside), PROGRAM: whole, STEP: step}
     tables = dict(recorded) | {"a made-up run": made_up}
-    apart = differences(model, files, tables, judged if refuse_outside else {})
+    apart = differences(model, asked.inputs, files, tables, ranges if refuse_outside else {})
     metadata = dict(about) | {
-        "inputs": list(model.inputs),
-        "input_units": {name: input_unit(name) for name in model.inputs},
+        "inputs": list(asked.inputs),
+        "input_units": {name: input_unit(name) for name in asked.inputs},
         "unit": unit,
         "unit_symbol": symbol(unit),
-        "unused": [name for name in model.inputs[1:] if name not in used],
-        "trained_range": {name: list(ranges[name]) if name in ranges else None for name in model.inputs},
+        "inputs_without_influence": [name for name in model.inputs if name not in asked.inputs],
+        "trained_range": {name: list(ranges[name]) if name in ranges else None for name in asked.inputs},
         "room_outside": ROOM,
         "refuse_outside": refuse_outside,
         "step_state": len(load_program(step).example_inputs[0][1]),
