@@ -7,6 +7,7 @@ from zoo.errors import InputError
 from zoo.models.features import Features, two_lag_rate
 from zoo.models.scaler import Scaler
 from zoo.physics.differentiator import temperature_rate
+from zoo.physics.lag import lagged
 
 
 def test_the_rate_is_that_of_the_differentiator(raw) -> None:
@@ -31,6 +32,23 @@ def test_a_ramp_has_its_slope_as_rate() -> None:
     torch.testing.assert_close(features[len(time) // 2 :, 0], torch.full((len(time) - len(time) // 2,), 0.8, dtype=torch.float64))
 
 
+def test_a_lag_is_that_of_physics_whatever_the_smoothing_of_rates(raw) -> None:
+    features = Features(["temperature_lag600", "temperature_outer_lag7.5", "temperature_rate", "reference_dph"], smoothing_s=30.0)
+    assert features.inputs == ["time_s", "temperature_c", "temperature_outer_c", "reference_dph"]
+    x = raw(features.inputs)
+    found = torch.jit.script(features)(x)
+    for place, (column, seconds) in enumerate([(1, 600.0), (2, 7.5)]):
+        assert torch.equal(found[:, place], lagged(x[:, 0], x[:, column], torch.tensor(seconds, dtype=torch.float64)))
+    assert torch.equal(found[:, 2:], Features(["temperature_rate", "reference_dph"], 30.0)(x[:, [0, 1, 3]]))
+
+
+def test_a_lagged_ramp_is_late_by_its_time_constant() -> None:
+    time = torch.arange(0.0, 3600.0, 7.0, dtype=torch.float64)
+    x = torch.stack([time, 20 + 0.8 * time / 60], dim=-1)
+    expected = 20 + 0.8 / 60 * (time - 100 * -torch.expm1(-time / 100))
+    torch.testing.assert_close(Features(["temperature_lag100"])(x)[:, 0], expected, rtol=1e-12, atol=0)
+
+
 @pytest.mark.parametrize(
     ("names", "smoothing_s", "message"),
     [
@@ -38,6 +56,11 @@ def test_a_ramp_has_its_slope_as_rate() -> None:
         (["temperature", "temperature"], 60.0, "once"),
         (["supply_v_rate"], 60.0, "only temperatures"),
         (["temperature"], 0.0, "above 0"),
+        (["supply_v_lag600"], 60.0, "only temperatures have a lag.*temperature_lag600"),
+        (["temperature_lag"], 60.0, "temperature_lag'.*with its seconds.*temperature_NAME_lag600"),
+        (["temperature_lag-5"], 60.0, "above 0"),
+        (["temperature_outer_lag0"], 60.0, "above 0"),
+        (["temperature_lag600_rate"], 60.0, "a lag has no rate"),
     ],
 )
 def test_impossible_features_are_named(names, smoothing_s, message) -> None:

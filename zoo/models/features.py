@@ -1,5 +1,7 @@
 """Raw columns -> named physical features: the part of a network that remembers, so that its head need not."""
 
+import re
+
 import torch
 from torch import Tensor, nn
 
@@ -10,20 +12,22 @@ from zoo.physics.lag import lagged
 from zoo.physics.recurrence import affine
 
 RATE = "_rate"
+POSSIBLE = "possible: temperature_rate, temperature_NAME_rate, and lags of so many seconds, temperature_lag600, temperature_NAME_lag600"
 
 
 class Features(nn.Module):
     """(T, C) raw columns of one run -> (T, F) features by name; causal and scriptable.
 
     ``temperature`` is the column ``temperature_c`` [°C], ``temperature_outer`` the column ``temperature_outer_c``; with ``_rate`` after it, its
-    smoothed rate [K/min]. Any other name is a column taken as it is, such as ``supply_v`` or ``time_s``.
+    smoothed rate [K/min]; with ``_lag600`` after it, the temperature behind a first-order lag of 600 s [°C], soaked when the run begins.
+    Any other name is a column taken as it is, such as ``supply_v``, ``time_s`` or the true input ``reference_dph``.
 
     Attributes:
         names: the features.
         inputs: the raw columns wanted, ``time_s`` first.
         column: where each feature's column stands in `inputs`.
-        is_rate: whether a feature is a column's rate.
-        smoothing_s: time constant of each of the differentiator's two lags [s].
+        kind: what each feature is of its column: ``"column"``, ``"rate"`` or ``"lag"``.
+        time_constant_s: of a rate, that of each of the differentiator's two lags [s]; of a lag, its own [s]; 0 for a column as recorded.
     """
 
     inputs: list[str]
@@ -35,11 +39,11 @@ class Features(nn.Module):
         if not smoothing_s > 0:
             raise InputError(f"model.smoothing_s={smoothing_s}: must be above 0 s")
         self.names = list(names)
-        self.is_rate = [name.endswith(RATE) for name in names]
-        sources = [_column(name) for name in names]
-        self.inputs = list(dict.fromkeys(["time_s", *sources]))
-        self.column = [self.inputs.index(source) for source in sources]
-        self.smoothing_s = float(smoothing_s)
+        recipes = [_recipe(name, float(smoothing_s)) for name in names]
+        self.inputs = list(dict.fromkeys(["time_s", *(source for source, _, _ in recipes)]))
+        self.column = [self.inputs.index(source) for source, _, _ in recipes]
+        self.kind = [kind for _, kind, _ in recipes]
+        self.time_constant_s = [seconds for _, _, seconds in recipes]
 
     def forward(self, x: Tensor) -> Tensor:
         """Compute the features.
@@ -51,20 +55,38 @@ class Features(nn.Module):
             (T, F).
         """
         features: list[Tensor] = []
-        for column, is_rate in zip(self.column, self.is_rate):  # noqa: B905 (TorchScript's zip knows no `strict`)
+        for column, kind, seconds in zip(self.column, self.kind, self.time_constant_s):  # noqa: B905 (TorchScript's zip knows no `strict`)
             value = x[:, column]
-            features.append(two_lag_rate(x[:, 0], value, self.smoothing_s) if is_rate else value)
+            if kind == "rate":
+                value = two_lag_rate(x[:, 0], value, seconds)
+            elif kind == "lag":
+                value = lagged(x[:, 0], value, torch.full_like(value[0], seconds))
+            features.append(value)
         return torch.stack(features, dim=-1)
 
 
-def _column(feature: str) -> str:
-    """The raw column behind a feature."""
-    source = feature.removesuffix(RATE)
-    if source.split("_")[0] == "temperature":
-        return source if source.endswith("_c") else f"{source}_c"
-    if source != feature:
-        raise InputError(f"model.features: '{feature}': only temperatures have a rate; possible: temperature_rate, temperature_NAME_rate")
-    return feature
+def _recipe(feature: str, smoothing_s: float) -> tuple[str, str, float]:
+    """The raw column behind a feature, what is made of it, and with which time constant [s]."""
+    source, kind, seconds = feature, "column", 0.0
+    thermal = feature.split("_", maxsplit=1)[0] == "temperature"
+    lag = re.fullmatch(r"(.+)_lag([-+.\d]*)", feature.removesuffix(RATE))
+    if lag and (thermal or lag[2]):
+        if feature.endswith(RATE):
+            raise InputError(f"model.features: '{feature}': a lag has no rate; {POSSIBLE}")
+        source, kind, seconds = lag[1], "lag", _lag_seconds(feature, lag[2])
+    elif feature.endswith(RATE):
+        source, kind, seconds = feature.removesuffix(RATE), "rate", smoothing_s
+    if thermal:
+        return source if source.endswith("_c") else f"{source}_c", kind, seconds
+    if kind != "column":
+        raise InputError(f"model.features: '{feature}': only temperatures have a {kind}; {POSSIBLE}")
+    return feature, kind, seconds
+
+
+def _lag_seconds(feature: str, digits: str) -> float:
+    if not re.fullmatch(r"\d+(\.\d+)?", digits) or float(digits) <= 0:
+        raise InputError(f"model.features: '{feature}': a lag is named with its seconds, above 0; {POSSIBLE}")
+    return float(digits)
 
 
 def two_lag_rate(time: Tensor, temperature: Tensor, smoothing_s: float) -> Tensor:
