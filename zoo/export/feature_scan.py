@@ -29,8 +29,8 @@ class FeatureScan(nn.Module):
         super().__init__()
         self.recipes = recipes
         self.inputs = inputs
-        self.column = [one.column for one in recipes if one.smoothing_s > 0]
-        self.register_buffer("tau", torch.tensor([one.smoothing_s for one in recipes if one.smoothing_s > 0], dtype=torch.float64))
+        self.column = [one.column for one in recipes if one.lag_s > 0]
+        self.register_buffer("tau", torch.tensor([one.lag_s for one in recipes if one.lag_s > 0], dtype=torch.float64))
         self.passes = (longest - 1).bit_length()
         self.per_minute = convert(1.0, "min", "s")
 
@@ -45,7 +45,7 @@ class FeatureScan(nn.Module):
             once, rate = self._lagged(torch.cat([before.unsqueeze(0), x]), once, rate)
         features, k = [], 0
         for one in self.recipes:
-            if one.smoothing_s > 0:
+            if one.lag_s > 0:
                 features.append(self.per_minute * rate[:, k] if one.is_rate else once[:, k])
                 k += 1
             else:

@@ -27,7 +27,7 @@ class FeatureStream(nn.Module):
     def __init__(self, recipes: list[Recipe]) -> None:
         super().__init__()
         self.column = [one.column for one in recipes]
-        self.tau = [one.smoothing_s for one in recipes]
+        self.tau = [one.lag_s for one in recipes]
         self.is_rate = [one.is_rate for one in recipes]
         self.before = []
         self.once = [0.0] * len(recipes)

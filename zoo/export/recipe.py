@@ -14,12 +14,12 @@ class Recipe:
 
     Attributes:
         column: where its raw column stands among the model's inputs.
-        smoothing_s: time constant of its lag [s]; 0 for a column that is taken as it is.
+        lag_s: time constant of its lag [s]; 0 for a column that is taken as it is.
         is_rate: whether it is the column's rate through two such lags [K/min].
     """
 
     column: int
-    smoothing_s: float
+    lag_s: float
     is_rate: bool
 
 
@@ -28,4 +28,5 @@ def recipes(model: Model) -> list[Recipe] | None:
     extract = getattr(model, "extract", None)
     if not isinstance(model, FeatureModel) or type(extract) is not Features or extract.inputs != model.inputs:
         return None
-    return [Recipe(column, extract.smoothing_s if is_rate else 0.0, is_rate) for column, is_rate in zip(extract.column, extract.is_rate, strict=True)]
+    kinds = zip(extract.column, extract.time_constant_s, extract.kind, strict=True)
+    return [Recipe(column, seconds, kind == "rate") for column, seconds, kind in kinds]
