@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 
 import torch
@@ -45,10 +46,14 @@ def outside(x: Tensor, inputs: Sequence[str], ranges: Ranges) -> Tensor:
     Returns:
         (T, C) bool.
     """
-    known = [ranges.get(name, (-torch.inf, torch.inf)) for name in inputs]
-    low, high = torch.tensor(known, dtype=x.dtype, device=x.device).unbind(1)
-    room = (ROOM * (high - low)).nan_to_num(0.0, 0.0, 0.0)
-    return (x < low - room) | (x > high + room)
+    low, high = torch.tensor(limits(inputs, ranges), dtype=x.dtype, device=x.device).unbind(1)
+    return (x < low) | (x > high)
+
+
+def limits(inputs: Sequence[str], ranges: Ranges) -> list[tuple[float, float]]:
+    """Between which values each raw column is taken for fitted: its range and some room for noise; anything, where it has no range."""
+    known = [ranges.get(name, (-math.inf, math.inf)) for name in inputs]
+    return [(low - room, high + room) for low, high in known for room in [ROOM * (high - low) if high - low < math.inf else 0.0]]
 
 
 def checked(ranges: object) -> dict[str, tuple[float, float]]:
