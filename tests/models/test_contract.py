@@ -15,10 +15,11 @@ from torch import Generator, Tensor
 from zoo.catalog import build, create, load, load_model, names, save_model
 from zoo.measurements.run import Run
 from zoo.models.base import FeatureModel, Model
-from zoo.training.gradient import CHECKPOINT
+from zoo.training.checkpoints import CHECKPOINT
 from zoo.training.module import Training
 from zoo.training.run import train
-from zoo.training.weights import RandomInit, population_outputs, reset, set_weights, weight_vector
+from zoo.training.random_init import RandomInit
+from zoo.training.weights import population_outputs, reset, set_weights, weight_vector
 
 COLUMNS = ["time_s", "temperature_c", "temperature_outer_c", "reference_dph"]
 """What a model whose YAML says `inputs: null` is put together from."""

@@ -5,7 +5,7 @@ import torch
 
 from zoo.catalog import load_model, save_model
 from zoo.models.ls_svm import LsSvm, gaussians
-from zoo.training.gradient import CHECKPOINT, save_unfitted_by_gradient
+from zoo.training.checkpoints import CHECKPOINT, save_fitted
 from zoo.training.module import Training
 
 FEATURES = ["temperature", "temperature_rate"]
