@@ -13,7 +13,6 @@ from zoo.errors import InputError
 from zoo.training.checkpoints import CHECKPOINT
 from zoo.training.module import FINISHED, OPTIMIZER, SETTINGS, Training
 
-
 STATE = "stepwise"
 """Key of the state that steps of no gradient descent go on from."""
 
