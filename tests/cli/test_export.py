@@ -64,9 +64,11 @@ def test_a_training_becomes_files_that_say_where_they_come_from(trained, tmp_pat
 def test_recordings_that_are_gone_are_done_without(trained, tmp_path) -> None:
     for name in ("model.yaml", "weights.pt", "ranges.json", "metrics.json"):
         (tmp_path / name).write_bytes((trained / name).read_bytes())
-    assert run("export", [f"run={tmp_path}", "refuse_outside=true", f"hydra.run.dir={tmp_path / 'out'}"]) == 0
+    assert run("export", [f"run={tmp_path}", "refuse_outside=true", "program=false", f"hydra.run.dir={tmp_path / 'out'}"]) == 0
     metadata = json.loads((tmp_path / "out" / "metadata.json").read_text())
     assert list(metadata["parity"]["runs"]) == ["a made-up run"]
+    assert list(metadata["files"]) == ["model.ts"]
+    assert not (tmp_path / "out" / "model.pt2").exists()
     assert metadata["trained_on"]["sample_interval_s"] is None
     script = torch.jit.load(tmp_path / "out" / "model.ts")
     assert script(torch.tensor([[0.0, 20.0], [1.0, 80.0]], dtype=torch.float64)).isnan().tolist() == [False, True]

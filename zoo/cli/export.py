@@ -41,8 +41,9 @@ def run(config: DictConfig, out: Path) -> Path:
         InputError: no trained model there, or one that cannot be exported.
     """
     usable_device(config.torch_device)
-    if not isinstance(config.refuse_outside, bool):
-        raise InputError(f"refuse_outside={config.refuse_outside}: possible: true, false")
+    for key in ("refuse_outside", "program"):
+        if not isinstance(config[key], bool):
+            raise InputError(f"{key}={config[key]}: possible: true, false")
     saved = find_model("run", str(config.run))
     if "unit" not in saved.facts:
         raise InputError(
@@ -58,6 +59,7 @@ def run(config: DictConfig, out: Path) -> Path:
             out,
             about=_about(saved, runs),
             refuse_outside=config.refuse_outside,
+            program=config.program,
         )
     _print(metadata)
     return out / SCRIPT

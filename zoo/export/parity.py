@@ -53,15 +53,17 @@ def differences(model: Model, inputs: Sequence[str], files: Mapping[str, bytes],
 def _pairs(files: Mapping[str, bytes], x: Tensor, truth: Tensor) -> dict[str, tuple[Tensor, Tensor]]:
     """What has to be equal, by name."""
     script, first = load_torchscript(files["model.ts"]), x[:STEPPED]
-    whole, step = load_program(files["model.pt2"]), load_program(files["step.pt2"])
-    fresh = torch.full(step.example_inputs[0][1].shape, torch.nan, dtype=torch.float64)
     forward = script(x)
-    return {
+    pairs = {
         "model.ts forward and the model": (forward, truth),
         "model.ts step and forward": (torch.stack([script.step(row) for row in first]), forward[:STEPPED]),
-        "model.pt2 and the model": (whole.module()(x), truth),
-        "step.pt2 and the model": (_handed_on(step.module(), first, fresh), truth[:STEPPED]),
     }
+    if "model.pt2" in files:
+        whole, step = load_program(files["model.pt2"]), load_program(files["step.pt2"])
+        fresh = torch.full(step.example_inputs[0][1].shape, torch.nan, dtype=torch.float64)
+        pairs["model.pt2 and the model"] = whole.module()(x), truth
+        pairs["step.pt2 and the model"] = _handed_on(step.module(), first, fresh), truth[:STEPPED]
+    return pairs
 
 
 def _handed_on(step: Callable[..., tuple[Tensor, Tensor]], x: Tensor, state: Tensor) -> Tensor:

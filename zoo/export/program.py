@@ -11,6 +11,7 @@ from torch._higher_order_ops.scan import scan
 from torch.export import Dim, ExportedProgram
 from torch.fx import GraphModule
 
+from zoo.errors import InputError, WorkError
 from zoo.export.carried import CHUNK, in_pieces
 from zoo.export.feature_scan import FeatureScan
 from zoo.export.recipe import Recipe, recipes
@@ -109,23 +110,41 @@ def to_programs(model: Model, x: Tensor) -> tuple[bytes, bytes]:
 
     Raises:
         InputError: a model of this kind cannot be exported.
-        WorkError: the same, for a reason that lies in one of its effects.
+        WorkError: the same, for a reason that lies in one of its parts.
     """
-    still = copy.deepcopy(model).cpu().eval().requires_grad_(False)
-    features = recipes(still)
+    try:
+        return _programs(copy.deepcopy(model).cpu().eval().requires_grad_(False), x)
+    except (InputError, WorkError):
+        raise
+    except Exception as error:  # whatever comes out of torch's tracing
+        told = next((line.strip() for line in str(error).splitlines() if line.strip()), type(error).__name__)
+        raise WorkError(f"{type(model).__name__}: torch.export does not take it ({told})\nprogram=false leaves model.pt2 and step.pt2 out") from error
+
+
+def _programs(model: Model, x: Tensor) -> tuple[bytes, bytes]:
+    features = recipes(model)
     whole: nn.Module
     step: nn.Module
-    if features is not None and isinstance(still, FeatureModel):
-        whole, step = FeatureWhole(still, features), FeatureStep(still, features)
+    if features is not None and isinstance(model, FeatureModel):
+        whole, step = FeatureWhole(model, features), FeatureStep(model, features)
         state = step.scan.fresh()
     else:
-        first, following = in_pieces(still, x)
+        first, following = in_pieces(model, x)
         state = torch.full_like(first(x[:1])[1], torch.nan)
-        chunk = torch.export.export(following, (x[1 : 1 + CHUNK], state)).module()
+        chunk = _with_buffers(torch.export.export(following, (x[1 : 1 + CHUNK], state)).module())
         whole, step = CarriedWhole(first, chunk), CarriedStep(first, following)
     rows = Dim("rows", min=1, max=LONGEST)
     program = torch.export.export(whole, (x[: 2 * CHUNK + 40],), dynamic_shapes=({0: rows},))
     return _saved(program), _saved(torch.export.export(step, (x[0], state)))
+
+
+def _with_buffers(module: nn.Module) -> nn.Module:
+    """The same with the constants of its graph as buffers: `scan` takes no others."""
+    for part in module.modules():
+        for name, value in [(name, value) for name, value in vars(part).items() if isinstance(value, Tensor)]:
+            delattr(part, name)
+            part.register_buffer(name, value)
+    return module
 
 
 def load_program(file: bytes) -> ExportedProgram:

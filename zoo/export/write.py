@@ -37,6 +37,7 @@ def write_export(
     *,
     about: Mapping[str, Any],
     refuse_outside: bool = False,
+    program: bool = True,
 ) -> dict[str, Any]:
     """Write a trained model as ``model.ts``, ``model.pt2``, ``step.pt2`` and ``metadata.json``.
 
@@ -48,6 +49,7 @@ def write_export(
         out: folder of the files.
         about: what is known of the model, first in the metadata.
         refuse_outside: whether ``model.ts`` gives NaN outside of the trained range.
+        program: whether the files of `torch.export` are wanted as well.
 
     Returns:
         The metadata.
@@ -59,8 +61,9 @@ def write_export(
     asked = narrowed(model, ranges)
     made_up = example(model.inputs, ranges)
     own = made_up[:, [model.inputs.index(name) for name in asked.inputs]]
-    whole, step = to_programs(asked, own)
-    files = {SCRIPT: to_torchscript(asked, unit, own, limits(asked.inputs, ranges), refuse_outside), PROGRAM: whole, STEP: step}
+    files = {SCRIPT: to_torchscript(asked, unit, own, limits(asked.inputs, ranges), refuse_outside)}
+    if program:
+        files[PROGRAM], files[STEP] = to_programs(asked, own)
     tables = dict(recorded) | {"a made-up run": made_up}
     apart = differences(model, asked.inputs, files, tables, ranges if refuse_outside else {})
     metadata = dict(about) | {
@@ -72,7 +75,7 @@ def write_export(
         "trained_range": {name: list(ranges[name]) if name in ranges else None for name in asked.inputs},
         "room_outside": ROOM,
         "refuse_outside": refuse_outside,
-        "step_state": len(load_program(step).example_inputs[0][1]),
+        "step_state": len(load_program(files[STEP]).example_inputs[0][1]) if program else None,
         "parity": {
             "largest_difference": apart,
             "allowed_over_largest_prediction": AGREEMENT,
