@@ -17,8 +17,8 @@ from zoo.measurements.run import Run
 from zoo.models.base import FeatureModel, Model
 from zoo.training.checkpoints import CHECKPOINT
 from zoo.training.module import Training
-from zoo.training.run import train
 from zoo.training.random_init import RandomInit
+from zoo.training.run import train
 from zoo.training.weights import population_outputs, reset, set_weights, weight_vector
 
 COLUMNS = ["time_s", "temperature_c", "temperature_outer_c", "reference_dph"]
