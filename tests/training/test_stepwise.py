@@ -64,10 +64,11 @@ def test_levenberg_marquardt_ends_at_a_minimum(make_run, tmp_path) -> None:
 
 def test_one_step_solves_what_is_linear(make_run) -> None:
     model = Polynomial(FEATURES, 3, 2)
-    problem, method = Problem.of_runs(model, [make_run(bend=0.5, noise=0.05)]), LevenbergMarquardt()
+    run = make_run(bend=0.5, noise=0.05, average_s=10.0)  # a block is a sample: both then fit the same
+    problem, method = Problem.of_runs(model, [run]), LevenbergMarquardt()
     state = method.start(problem, weight_vector(model).unsqueeze(0), [1])
     state = method.step(problem, state._replace(damping=torch.full((1,), 1e-9, dtype=torch.float64)))
-    LeastSquares().fit(model, [make_run(bend=0.5, noise=0.05)], Generator().manual_seed(1))
+    LeastSquares().fit(model, [run], Generator().manual_seed(1))
     torch.testing.assert_close(state.weights[0], weight_vector(model), rtol=1e-6, atol=1e-6)
 
 
