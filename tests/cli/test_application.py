@@ -13,7 +13,7 @@ import pytest
 import zoo
 from zoo.cli import application, main
 
-LATER = ("compensate", "reproduce")
+LATER = ("reproduce",)
 SMALL = ["runs=1", "profile=legs", "profile.legs=[[20,20,600],[20,30,600]]", "sample_s=30"]
 FULL = "HYDRA_FULL_ERROR"
 

@@ -15,7 +15,7 @@ USAGE = """fogzoo: the thermal drift of fibre-optic gyroscopes
   fogzoo refine      add effects (add=NAME | add=auto), refit, watch the error fall
   fogzoo train       fit a model of the zoo (-m sweeps models and seeds)
   fogzoo compare     trained models side by side, by run and stage
-  fogzoo compensate  subtract a model from recordings of any length   (not yet)
+  fogzoo compensate  subtract a model from recordings of any length
   fogzoo export      a model as files that run with torch alone, sample by sample
   fogzoo reproduce   the tables and figures of a paper                (not yet)
 

@@ -101,6 +101,8 @@ def _uneven() -> Iterator[int]:
 def _difference(predict: Predict, x: Tensor) -> str:
     """How a record in pieces differs from the whole; empty where it does not."""
     whole = predict(x)
+    if not bool(torch.isfinite(whole).all()):
+        return ""  # another fault, told where it is met
     try:
         pieces = Stream(predict, _uneven)(x)
     except Exception as error:

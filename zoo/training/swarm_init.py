@@ -8,9 +8,9 @@ import torch
 from lightning.pytorch import Callback, LightningModule, Trainer
 
 from zoo.errors import WorkError
+from zoo.progress import progress
 from zoo.swarm.algorithm import SwarmAlgorithm
 from zoo.training.module import Training
-from zoo.training.progress import progress
 from zoo.training.weights import population_outputs, set_weights, weight_vector
 
 
