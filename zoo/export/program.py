@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import copy
 import io
 
 import torch
@@ -15,6 +14,7 @@ from zoo.errors import InputError, WorkError
 from zoo.export.carried import CHUNK, in_pieces
 from zoo.export.feature_scan import FeatureScan
 from zoo.export.recipe import Recipe, recipes
+from zoo.export.still import still
 from zoo.models.base import FeatureModel, Model
 
 LONGEST = 2**26
@@ -113,7 +113,7 @@ def to_programs(model: Model, x: Tensor) -> tuple[bytes, bytes]:
         WorkError: the same, for a reason that lies in one of its parts.
     """
     try:
-        return _programs(copy.deepcopy(model).cpu().eval().requires_grad_(False), x)
+        return _programs(still(model), x)
     except (InputError, WorkError):
         raise
     except Exception as error:  # whatever comes out of torch's tracing
