@@ -2,12 +2,10 @@
 
 from __future__ import annotations
 
-import copy
 import io
 
 import torch
 from torch import Tensor, nn
-from torch._higher_order_ops.scan import scan
 from torch.export import Dim, ExportedProgram
 from torch.fx import GraphModule
 
@@ -15,6 +13,7 @@ from zoo.errors import InputError, WorkError
 from zoo.export.carried import CHUNK, in_pieces
 from zoo.export.feature_scan import FeatureScan
 from zoo.export.recipe import Recipe, recipes
+from zoo.export.still import still
 from zoo.models.base import FeatureModel, Model
 
 LONGEST = 2**26
@@ -67,6 +66,8 @@ class CarriedWhole(nn.Module):
 
     def forward(self, x: Tensor) -> Tensor:
         """(N, C) raw columns, finite, the time rising -> (N,) predicted error."""
+        from torch._higher_order_ops.scan import scan  # which the oldest torch that all the rest is content with does not have
+
         first, state = self.first(x[:1])
         rows = x.shape[0] - 1
         # Chunks are looked up row by row, since a graph knows no run whose length happens to fit. Rows after the last one change nothing before it.
@@ -113,7 +114,7 @@ def to_programs(model: Model, x: Tensor) -> tuple[bytes, bytes]:
         WorkError: the same, for a reason that lies in one of its parts.
     """
     try:
-        return _programs(copy.deepcopy(model).cpu().eval().requires_grad_(False), x)
+        return _programs(still(model), x)
     except (InputError, WorkError):
         raise
     except Exception as error:  # whatever comes out of torch's tracing

@@ -4,7 +4,6 @@ TorchScript is deprecated and works; all that the house has of it for files is i
 """
 
 # No `from __future__ import annotations`: TorchScript reads class annotations.
-import copy
 import io
 import math
 import warnings
@@ -21,6 +20,7 @@ from zoo.errors import WorkError
 from zoo.export.carried import CHUNK, in_pieces
 from zoo.export.feature_stream import FeatureStream
 from zoo.export.recipe import Recipe, recipes
+from zoo.export.still import still
 from zoo.models.base import FeatureModel, Model
 
 
@@ -226,11 +226,10 @@ def to_torchscript(model: Model, unit: str, x: Tensor, limits: Sequence[tuple[fl
         InputError: a model of this kind cannot be exported.
         WorkError: TorchScript does not take it.
     """
-    still = copy.deepcopy(model).cpu().eval().requires_grad_(False)
     file = io.BytesIO()
     with _quiet():
         try:
-            torch.jit.save(torch.jit.script(Exported(_core(still, x), model.inputs, unit, limits, refuse_outside).eval()), file)
+            torch.jit.save(torch.jit.script(Exported(_core(still(model), x), model.inputs, unit, limits, refuse_outside).eval()), file)
         except RuntimeError as error:
             if isinstance(error, WorkError):
                 raise
