@@ -14,6 +14,7 @@ import logging
 import statistics
 import sys
 import time
+from functools import partial
 
 import numpy as np
 import torch
@@ -163,32 +164,34 @@ COLONIES = {
 }
 
 
-def measured(run, task, particles, steps, seeds):
-    """Medians of the best value and of the CPU seconds; the first run, on another seed, is not counted."""
-    run(task, particles, min(steps, 3) if particles > 10 else 10, 999)
-    best, seconds = [], []
-    for seed in range(1, seeds + 1):
-        started = time.process_time()
-        best.append(run(task, particles, steps, seed))
-        seconds.append(time.process_time() - started)
-    return statistics.median(best), statistics.median(seconds)
-
-
-def table(title, own, peers, *setting):
-    print(f"\n{title}\n  {'':24s}{'best':>10s}{'seconds':>10s}{'of ours':>10s}")
-    reference = None
-    for name, algorithm in own.items():
-        best, seconds = measured(lambda *a, algorithm=algorithm: ours(algorithm, *a), *setting)
-        reference = reference or seconds
-        print(f"  {name:24s}{best:10.5f}{seconds:10.3f}{seconds / reference:10.2f}", flush=True)
+def made(peers):
+    """Those that are installed; the others are named."""
+    found = {}
     for name, make in peers.items():
         try:
-            run = make()
+            found[name] = make()
         except ImportError as missing:
-            print(f"  {name:24s}  not installed ({missing})")
-            continue
-        best, seconds = measured(run, *setting)
-        print(f"  {name:24s}{best:10.5f}{seconds:10.3f}{seconds / reference:10.2f}", flush=True)
+            print(f"  {name}: not installed ({missing})")
+    return found
+
+
+def table(title, own, peers, task, particles, steps, seeds):
+    """Medians of the best value and of the CPU seconds. All take their turn seed by seed, so that whatever else runs slows everybody."""
+    print(f"\n{title}")
+    runs = {name: partial(ours, algorithm) for name, algorithm in own.items()} | made(peers)
+    best, seconds = {name: [] for name in runs}, {name: [] for name in runs}
+    for run in runs.values():
+        run(task, particles, 10 if particles < 50 else 3, 999)  # not counted
+    for seed in range(1, seeds + 1):
+        for name, run in runs.items():
+            started = time.process_time()
+            best[name].append(run(task, particles, steps, seed))
+            seconds[name].append(time.process_time() - started)
+    reference = statistics.median(seconds[next(iter(runs))])
+    print(f"  {'':24s}{'best':>10s}{'seconds':>10s}{'of ours':>10s}")
+    for name in runs:
+        taken = statistics.median(seconds[name])
+        print(f"  {name:24s}{statistics.median(best[name]):10.5f}{taken:10.3f}{taken / reference:10.2f}", flush=True)
 
 
 def main() -> None:
