@@ -28,8 +28,8 @@ class Row:
         sample: which run.
         model: which method; `BEFORE` for none.
         paper: the printed value; None where the paper prints none.
-        ours: median over the seeds.
-        low: 5 % of the seeds are below.
+        ours: median over the seeds, or over what else there are several of.
+        low: 5 % of them are below.
         high: 5 % are above.
     """
 

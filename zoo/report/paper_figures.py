@@ -9,7 +9,7 @@ import numpy as np
 
 from zoo.papers.study import BEFORE, Claim, Row, Study
 from zoo.report.canvas import blank, curve, panel
-from zoo.report.comparison_figure import COLORS
+from zoo.report.comparison_figure import COLORS, scaled
 from zoo.report.palette import CHECK, MEASURED
 from zoo.units import symbol
 
@@ -18,6 +18,8 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 WIDTH, HEIGHT, HEAD, FOOT, INDENT = 740, 190, 48, 44, 12
+NAMES, LINE = 190, 11
+"""Of a figure of merit: room for the methods' names, height of a sample [px]."""
 
 
 def figures(study: Study, rows: list[Row]) -> dict[str, Figure]:
@@ -77,19 +79,24 @@ def compensated_figure(study: Study, sample: int, unit: str) -> Figure:
 
 
 def table_figure(rows: list[Row], quantity: str, stage: str) -> Figure:
-    """One figure of merit, the paper's beside ours with its band, method by method and sample by sample; logarithmic."""
+    """One figure of merit: a row a method, in it the samples from top to bottom, ours with its band and the paper's."""
     chosen = [row for row in rows if row.quantity == quantity and row.stage == stage]
     samples, models = (list(dict.fromkeys(getattr(row, key) for row in chosen)) for key in ("sample", "model"))
-    figure = blank(WIDTH, HEAD + 240 + FOOT)
-    axes = panel(figure, (62, HEAD, 664, 240), f"{quantity}, {stage} [{chosen[0].unit}]", INDENT, yscale="log")
+    step = LINE * (len(samples) + 1)
+    figure = blank(WIDTH, 2 * HEAD + step * len(models))
+    axes = panel(figure, (NAMES, HEAD + 24, WIDTH - NAMES - 24, step * len(models)))
     for row in chosen:
-        x = models.index(row.model) + (samples.index(row.sample) - (len(samples) - 1) / 2) * 0.8 / max(len(samples), 1)
-        axes.plot([x, x], [row.low, row.high], color=COLORS[0], lw=3, alpha=0.35, solid_capstyle="butt")
-        axes.plot(x, row.ours, "o", color=COLORS[0], ms=5, label="ours, 90 % of the seeds")
+        y = models.index(row.model) + (samples.index(row.sample) - (len(samples) - 1) / 2) * LINE / step
+        axes.plot([row.low, row.high], [y, y], color=COLORS[0], lw=4, alpha=0.35, solid_capstyle="butt")
+        axes.plot(row.ours, y, "o", color=COLORS[0], ms=5, label="ours, 90 % range")
         if row.paper is not None:
-            axes.plot(x, abs(row.paper), "D", mfc="none", color=CHECK, ms=6, label="paper")
-    axes.set_xticks(range(len(models)), models)
-    axes.grid(visible=False, axis="x")
+            axes.plot(abs(row.paper), y, "D", mfc="none", color=CHECK, ms=6, label="paper")
+    kind = scaled(axes.xaxis, [abs(value) for row in chosen for value in (row.low, row.high, row.ours, row.paper or row.ours)])
+    title = f"{quantity}, {stage} [{chosen[0].unit}]: {', '.join(samples)}; {kind}"
+    axes.annotate(title, (0, 1), (INDENT - NAMES, 34), "axes fraction", textcoords="offset points", fontsize=11, weight="bold")
+    axes.set_yticks(range(len(models)), models)
+    axes.set_ylim(len(models) - 0.5, -0.5)
+    axes.grid(visible=False, axis="y")
     _legend(axes)
     return figure
 
@@ -102,7 +109,7 @@ def table_text(rows: list[Row], claims: list[Claim], words: str) -> str:
     for quantity in dict.fromkeys(row.quantity for row in rows):
         chosen = [row for row in rows if row.quantity == quantity]
         models = list(dict.fromkeys(row.model for row in chosen))
-        lines += ["", f"## {quantity} [{chosen[0].unit}]", "", "Ours (5 % … 95 % of the seeds), and below it the paper's.", ""]
+        lines += ["", f"## {quantity} [{chosen[0].unit}]", "", "Ours (the range that holds 90 %), and below it the paper's.", ""]
         lines += [f"| stage | sample | {' | '.join(models)} |", "|---" * (len(models) + 2) + "|"]
         for stage, sample in dict.fromkeys((row.stage, row.sample) for row in chosen):
             cells = {row.model: row for row in chosen if (row.stage, row.sample) == (stage, sample)}

@@ -9,7 +9,7 @@ import numpy as np
 from zoo.papers.hui2016 import KNOWN, WANTED_DEG, levelled
 from zoo.papers.study import BEFORE, Row, Study
 from zoo.report.canvas import blank, panel
-from zoo.report.comparison_figure import COLORS
+from zoo.report.comparison_figure import COLORS, scaled
 from zoo.report.palette import FLOOR, MEASURED
 from zoo.report.paper_figures import table_figures
 
@@ -20,6 +20,8 @@ if TYPE_CHECKING:
 WIDTH, HEAD, FOOT, INDENT, LEFT, WIDE = 740, 48, 44, 12, 82, 644
 HIGH = 130
 NAMES, ROW = 210, 34
+BANDS = 4.0
+"""How far a band is drawn, in largest values of the median."""
 
 
 def figures(study: Study, rows: list[Row]) -> dict[str, Figure]:
@@ -45,7 +47,7 @@ def fits_figure(study: Study) -> Figure:
 
 
 def left_figure(study: Study) -> Figure:
-    """What every method leaves of the fitted counts, median and 90 % of the seeds, each to its own scale."""
+    """What every method leaves of the fitted counts, median and 90 % of the seeds as far as it fits, each to its own scale."""
     figure = blank(WIDTH, (HIGH + HEAD) * len(study.methods) + FOOT)
     temperature = _temperature(study)
     for place, name in enumerate(study.methods):
@@ -54,6 +56,10 @@ def left_figure(study: Study) -> Figure:
         color = COLORS[place % len(COLORS)]
         axes.fill_between(temperature, low, high, color=color, alpha=0.25, lw=0)
         axes.plot(temperature, middle, color=color, lw=1.2)
+        # A training that has failed would hide all the others.
+        reach = BANDS * float(np.abs(middle).max())
+        axes.set_ylim(max(-reach, 1.1 * float(low.min())), min(reach, 1.1 * float(high.max())))
+        axes.ticklabel_format(axis="y", style="plain")
     axes.set_xlabel("Temperature [°C]")
     return figure
 
@@ -70,7 +76,7 @@ def attitude_figure(study: Study) -> Figure:
         for sign in (-1, 1):
             axes.axhline(sign * WANTED_DEG, color=FLOOR, lw=1.2, ls="--", label=f"{WANTED_DEG}°")
     axes.set_xlabel("Time since power-on [min]")
-    _legend_below(figure, axes)
+    _legend_above(figure, axes)
     return figure
 
 
@@ -78,13 +84,15 @@ def units_figure(study: Study) -> Figure:
     """The largest attitude error of every unit: a row a method, a point a unit."""
     names = [*study.methods, KNOWN]
     figure = blank(WIDTH, HEAD + ROW * len(names) + FOOT)
-    axes = panel(figure, (NAMES, HEAD, WIDTH - NAMES - 20, ROW * len(names)), "", INDENT, xscale="log")
+    axes = panel(figure, (NAMES, HEAD, WIDTH - NAMES - 20, ROW * len(names)))
+    everything: list[float] = [WANTED_DEG]
     for place, name in enumerate(names):
         most = np.sort(levelled(study, name)[1].abs().amax((1, 2)).numpy())
+        everything += most.tolist()
         lift = 0.5 * ((np.arange(len(most)) * 0.618034) % 1.0 - 0.5)
         axes.plot(most, place + lift, "o", color=COLORS[place % len(COLORS)] if name != KNOWN else FLOOR, ms=3.5, mew=0, alpha=0.6)
     axes.axvline(WANTED_DEG, color=FLOOR, lw=1.2, ls="--")
-    title = f"largest attitude error of each unit [°], logarithmic; wanted: {WANTED_DEG}"
+    title = f"largest attitude error of each unit [°], {scaled(axes.xaxis, everything)}; wanted: {WANTED_DEG}"
     axes.annotate(title, (0, 1), (INDENT - NAMES, 10), "axes fraction", textcoords="offset points", fontsize=11, weight="bold")
     axes.set_yticks(range(len(names)), names)
     axes.set_ylim(len(names) - 0.5, -0.5)
@@ -96,7 +104,7 @@ def _temperature(study: Study) -> np.ndarray:
     return study.runs[0].block_mean(study.runs[0].temperature).numpy()
 
 
-def _legend_below(figure: Figure, axes: Axes) -> None:
+def _legend_above(figure: Figure, axes: Axes) -> None:
     handles, labels = axes.get_legend_handles_labels()
     named = dict(zip(labels, handles, strict=True))
     figure.legend(named.values(), named.keys(), loc="upper right", ncols=3, borderaxespad=0.4)
