@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Any
+from typing import Any, cast
 
 from omegaconf import DictConfig, OmegaConf, open_dict
 
@@ -11,6 +11,7 @@ from zoo.catalog import create
 from zoo.cli.simulated_data import recorded
 from zoo.errors import InputError
 from zoo.measurements.files import find_files
+from zoo.measurements.points import Points
 from zoo.measurements.run import SHARES, Run
 
 
@@ -28,7 +29,7 @@ def read_data(config: DictConfig) -> tuple[list[Run], list[Run]]:
         simulated = data.pop("simulated", None)
         if simulated is not None:
             _put_into(recorded(_plain(simulated), Path(data.pop("folder"))), data)
-        check_files, holdout, points = data.pop("check_files", []), data.pop("holdout", 0.0), create(data.pop("points"))
+        check_files, holdout, points = data.pop("check_files", []), data.pop("holdout", 0.0), _points(data.pop("points"))
     low, high = SHARES
     if not isinstance(holdout, int | float) or not (holdout == 0 or low <= holdout <= high):
         raise InputError(f"data.holdout={holdout}: 0 is possible, or a share of each run from {low} to {high}, taken to whole tenths")
@@ -44,6 +45,13 @@ def read_data(config: DictConfig) -> tuple[list[Run], list[Run]]:
         found = create(data, files=[check_files] if isinstance(check_files, str) else list(check_files), average_s=average_s)
         checks += points.meeting([_alike(run, runs[0]) for run in found])
     return runs, checks
+
+
+def _points(given: Any) -> Points:
+    """Which single blocks are asked for; null is for all."""
+    if given is not None and not OmegaConf.is_dict(given):
+        raise InputError(f"data.points={given}: null is possible, or data.points.where=…, data.points.fitted=…, data.points.checked=…")
+    return Points() if given is None else cast(Points, create(given))
 
 
 def _put_into(place: Path, data: DictConfig) -> None:
