@@ -90,6 +90,8 @@ def _about(saved: SavedModel, runs: Sequence[Run]) -> dict[str, Any]:
             "runs": [one["run"] if isinstance(one, dict) else one for one in facts.get("runs", [])],
             "sample_interval_s": _intervals(runs),
             **{key: facts.get(key) for key in TOLD},
+            # Of many seeds, the one that is kept.
+            "seed": (facts.get("members") or facts).get("best_seed", facts.get("seed")),
             "versions": facts.get("versions"),
         },
         "versions": versions(),
