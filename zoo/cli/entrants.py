@@ -26,7 +26,7 @@ from zoo.training.members import MEMBERS_FILE
 
 MAKERS = ("train", "refine")
 """Verbs that leave models."""
-NO_SETTINGS = ("seed", "seeds", "torch_device", "resume", "hydra", "data.check_files")
+NO_SETTINGS = ("seed", "seeds", "torch_device", "resume", "hydra", "data.check_files", "objective")
 """What a config says that makes no other method."""
 SHORT = 24
 """A value with more letters says nothing in a name."""
