@@ -11,7 +11,6 @@ from contextlib import contextmanager, suppress
 from pathlib import Path
 
 import hydra
-from hydra.core.hydra_config import HydraConfig
 from hydra.errors import (
     ConfigCompositionException,
     HydraException,
@@ -29,7 +28,7 @@ from zoo.cli.folders import hollow_removed
 from zoo.cli.interrupts import tell_interrupted
 from zoo.cli.jobs import Job
 from zoo.cli.papers import paper_settings
-from zoo.cli.plugins import missing_plugin
+from zoo.cli.plugins import missing_plugin, prefer_own_settings
 from zoo.cli.saved_models import folder_settings
 from zoo.cli.sweeps import sweep_told
 from zoo.cli.wrong_settings import check_flags, check_known, check_once, instead
@@ -67,6 +66,7 @@ def run(verb: str, arguments: list[str]) -> int:
         try:
             with hollow_removed(), sweep_told(codes), suppress(SystemExit):  # Hydra's own end after --help
                 check_flags(arguments)
+                prefer_own_settings()
                 hydra.main(version_base="1.3", config_path=str(config_folder()), config_name=verb)(_task(verb, codes, traced))()
             sys.stdout.flush()
         except KeyboardInterrupt:
@@ -131,17 +131,22 @@ def explain(error: BaseException) -> tuple[int, str]:
             return 2, f"error: {cause}"
         if isinstance(cause, WorkError):
             return 1, f"failed: {cause}"
-    if (needed := missing_plugin(error)) is not None:
-        return 2, f"error: {needed}"
-    if isinstance(error, MissingConfigException) and (unknown := re.search(r"Could not (?:find|load) '([^']+)/([^'/]+)'", str(error))):
-        group, name = unknown.groups()
-        return 2, f"error: unknown {group.removesuffix('s')} '{name}': {nearest(name, names(group, _searched(error)))}"
+    if absent := missing_plugin(error) or _unknown_choice(error):
+        return 2, f"error: {absent}"
     if isinstance(error, OSError) and error.filename:
         return 2, f"error: {error.filename}: cannot be written ({error.strerror}); choose another folder with hydra.run.dir=…"
     if isinstance(error, WRONG_SETTINGS):
         return 2, f"error: {_first_lines(error)}"
     known = "" if isinstance(error, HydraException) else f"{type(error).__name__}: "
     return 1, f"failed: {known}{_first_lines(error)} (HYDRA_FULL_ERROR=1 shows where)"
+
+
+def _unknown_choice(error: BaseException) -> str | None:
+    unknown = re.search(r"Could not (?:find|load) '([^']+)/([^'/]+)'", str(error))
+    if unknown is None or not isinstance(error, MissingConfigException):
+        return None
+    group, name = unknown.groups()
+    return f"unknown {group.removesuffix('s')} '{name}': {nearest(name, names(group, _searched(error)))}"
 
 
 def _searched(error: MissingConfigException) -> list[Path]:

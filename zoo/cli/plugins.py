@@ -4,6 +4,11 @@ from __future__ import annotations
 
 import re
 
+from hydra.core.config_store import ConfigStore
+from hydra.core.plugins import Plugins
+
+from zoo.catalog import config_folder
+
 PACKAGES = {
     "joblib": ("hydra/launcher=joblib", "pip install 'fogzoo[sweep]'"),
     "submitit": ("hydra/launcher=submitit_…", "pip install 'fogzoo[sweep]'"),
@@ -20,3 +25,14 @@ def missing_plugin(error: BaseException) -> str | None:
         return None
     typed, install = PACKAGES[found.group(1) or "optuna"]
     return f"{typed}: its plugin is not installed: {install}"
+
+
+def prefer_own_settings() -> None:
+    """Makes conf/hydra/ the only place for settings of launchers and sweepers that are there.
+
+    Plugins bring settings of the same names, against which Hydra checks ours, with a deprecation warning for every job.
+    """
+    Plugins.instance()  # finds the plugins, once a process
+    for path in config_folder().glob("hydra/*/*.yaml"):
+        stored = ConfigStore.instance().repo.get("hydra", {}).get(path.parent.name, {})
+        stored.pop(path.name, None)

@@ -15,12 +15,14 @@ from rich.table import Table
 
 from zoo.artifacts import write_text
 from zoo.cli.next_commands import compare_command, settled_data
-from zoo.cli.outcomes import Outcome
+from zoo.cli.outcomes import FAILED, Outcome
 from zoo.training.members import SHARES
 from zoo.units import symbol
 
 FILE = "sweep.csv"
 SEED = "seed"
+MOST = 20
+"""Failed jobs that are told one by one."""
 USES = {"rms": "fit", "rms_check": "check"}
 
 
@@ -44,7 +46,7 @@ def tell_results(config: DictConfig, folder: Path, outcomes: Mapping[Path, Outco
     data = settled_data(config)
     if data is not None:
         print(f"compare by run and stage:\n  {compare_command(folder, data)}")
-    print(path, flush=True)
+    print(path.absolute(), flush=True)
 
 
 def sweep_table(settings: Sequence[Mapping[str, str]], metrics: Sequence[Mapping[str, Any]]) -> pd.DataFrame:
@@ -99,7 +101,7 @@ def _spread(row: Mapping[Any, Any], key: str) -> str:
     low, middle, high = (row[f"{key}_{what}"] for what in ("low", "median", "high"))
     if pd.isna(middle):
         return ""
-    return f"{middle:.4g}" if row["n"] == 1 else f"{middle:.4g} [{low:.4g}, {high:.4g}]"
+    return f"{middle:.4g}" if row["n"] == 1 else f"{middle:.4g}\n[{low:.3g}, {high:.3g}]"
 
 
 def tell_failed(outcomes: Mapping[Path, Outcome]) -> None:
@@ -111,21 +113,31 @@ def tell_failed(outcomes: Mapping[Path, Outcome]) -> None:
     failed = {folder: one for folder, one in outcomes.items() if one.code != 0}
     differing = _differing([_settings(one) for one in outcomes.values()])
     table = Table("job", "settings", "why", title=f"{len(failed)} of {len(outcomes)} jobs failed")
-    for folder, one in failed.items():
+    for folder, one in list(failed.items())[:MOST]:
         told = _settings(one)
         table.add_row(str(folder), escape(" ".join(f"{key}={told[key]}" for key in differing if key in told)), escape(_why(one)))
-    Console(stderr=True).print(table)
+    console = Console(stderr=True)
+    console.print(table)
+    if len(failed) > MOST:
+        console.print(f"and {len(failed) - MOST} more; {FAILED} in the folder of each says why", highlight=False)
 
 
 def _why(one: Outcome) -> str:
     return "ended without a word: killed, or out of memory" if one.code is None else one.message
 
 
-def progress_line(folder: Path, one: Outcome) -> str:
-    """A job that has just ended, in a line."""
+def progress_line(folder: Path, one: Outcome, swept: Sequence[str]) -> str:
+    """A job that has just ended, in a line.
+
+    Args:
+        folder: of the job.
+        one: what became of it.
+        swept: the keys by which jobs differ; none where that is not known.
+    """
+    told = " ".join(f"{key}={value}" for key, value in _settings(one).items() if key in swept or not swept)
     word = "done before" if one.again else "failed" if one.code else "done"
     why = f": {' '.join(one.message.split())}" if one.code else ""
-    return f"job {folder.name} {word}: {' '.join(one.overrides)}{why}"
+    return f"job {folder.name} {word}: {told}{why}"
 
 
 def _settings(one: Outcome) -> dict[str, str]:

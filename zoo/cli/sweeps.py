@@ -11,6 +11,7 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
+from hydra.core.override_parser.overrides_parser import OverridesParser
 from hydra.experimental.callback import Callback
 from omegaconf import DictConfig, OmegaConf, open_dict, read_write
 
@@ -73,6 +74,7 @@ class Sweep:
         codes = [1 if one.code is None else one.code for one in outcomes.values()]
         if any(codes):
             tell_failed(outcomes)
+        if 1 in codes:  # wrong settings would be wrong again
             self.tell_how_to_go_on()
         return max(codes, default=0)
 
@@ -85,13 +87,15 @@ class Sweep:
 
     def _tell_as_they_end(self) -> None:
         told: set[Path] = set()
+        parsed = OverridesParser.create().parse_overrides(list(self.config.hydra.overrides.task))
+        swept = [one.key_or_group for one in parsed if one.is_sweep_override()]
         over = False
         while not over:
             over = self._ended.wait(LOOK_S)
             for folder, one in read_outcomes(self.folder, self.name).items():
                 if one.code is not None and folder not in told:
                     told.add(folder)
-                    print(progress_line(folder, one), flush=True)
+                    print(progress_line(folder, one, swept), flush=True)
 
 
 class SweepRecords(Callback):
