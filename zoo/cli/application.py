@@ -109,9 +109,10 @@ def _task(verb: str, codes: list[int], traced: bool) -> Callable[[DictConfig], f
             try:
                 check_once(job.overrides)
                 check_known(verb, job.overrides)
-                out = job.begin()
-                if job.result is None:
-                    job.end(importlib.import_module(f"zoo.cli.{verb}").run(config, out))
+                with job.alone():
+                    out = job.begin()
+                    if job.result is None:
+                        job.end(importlib.import_module(f"zoo.cli.{verb}").run(config, out))
                 print(job.result, flush=True)
             except (Exception, SystemExit) as error:
                 if traced:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import math
 import traceback
 from collections.abc import Iterator
 from contextlib import contextmanager, nullcontext, redirect_stderr, redirect_stdout, suppress
@@ -15,8 +14,9 @@ from hydra.core.hydra_config import HydraConfig
 from omegaconf import DictConfig
 
 from zoo.artifacts import writable_folder, write_text
+from zoo.cli.alone import alone_in, ending_with_parent
 from zoo.cli.outcomes import FAILED, SINGLE, Outcome, finished_before, made_from
-from zoo.errors import InputError
+from zoo.errors import InputError, WorkError, causes
 
 OUTPUT = "output.txt"
 """What a job prints that runs beside others."""
@@ -40,8 +40,22 @@ class Job:
         self._verb, self._config = verb, config
         self._folder = Path(hydra.runtime.output_dir)
         self._sweep = str((hydra.callbacks or {}).get("sweep", {}).get("id") or SINGLE)
-        self._beside_others = self._sweep != SINGLE and hydra.runtime.choices.get("hydra/launcher") != "basic"
+        self._launcher = str(hydra.runtime.choices.get("hydra/launcher"))
+        self._beside_others = self._sweep != SINGLE and self._launcher != "basic"
         self._outcome: Outcome | None = None
+
+    @contextmanager
+    def alone(self) -> Iterator[None]:
+        """Keeps other jobs of sweeps from the folder, and a worker from going on without the sweep that wants its results.
+
+        Raises:
+            WorkError: another process is at work there.
+        """
+        if self._sweep == SINGLE:
+            yield
+            return
+        with alone_in(self._folder), ending_with_parent() if self._launcher == "joblib" else nullcontext():
+            yield
 
     @contextmanager
     def output(self) -> Iterator[None]:
@@ -82,10 +96,11 @@ class Job:
         self._record(code=0, result=str(result))
 
     def fail(self, error: BaseException, code: int, message: str) -> None:
-        """It failed: in a sweep, a note says why."""
+        """It failed: in a sweep, a note says why, and of what nobody has foreseen also where."""
         self._record(code=code, message=message)
         if self._sweep != SINGLE:
-            trace = "" if code == 2 else f"\n{''.join(traceback.format_exception(error))}"
+            foreseen = any(isinstance(cause, InputError | WorkError) for cause in causes(error))
+            trace = "" if foreseen else f"\n{''.join(traceback.format_exception(error))}"
             with suppress(InputError):
                 write_text(self._folder / FAILED, f"{message}\n{trace}")
 
@@ -99,15 +114,13 @@ class Job:
     def value(self) -> float | None:
         """The number that a sweeper makes small: by default the RMS of the check runs, of the fitted ones where there are none [output's unit].
 
-        Of several seeds it is their median; of a job that failed it is no number, and of a verb without an objective nothing.
+        Of several seeds it is their median; of a job that failed, and of a verb without an objective, nothing.
         """
-        if "objective" not in self._config:
+        if "objective" not in self._config or self.result is None:
             return None
-        if self.result is None:
-            return math.nan
         metrics = json.loads(self.result.read_text(encoding="utf-8"))
         key = self._config.objective
         if key == "auto":
             key = "rms" if metrics["rms_check"] is None else "rms_check"
         value = metrics["members"][f"{key}_quantiles"]["median"] if metrics.get("members") and metrics[key] is not None else metrics[key]
-        return math.nan if value is None else float(value)
+        return None if value is None else float(value)

@@ -10,12 +10,12 @@ from hydra.core.plugins import Plugins
 from zoo.catalog import config_folder
 
 PACKAGES = {
-    "joblib": ("hydra/launcher=joblib", "pip install 'fogzoo[sweep]'"),
-    "submitit": ("hydra/launcher=submitit_…", "pip install 'fogzoo[sweep]'"),
-    "optuna": ("hydra/sweeper=optuna", "pip install 'fogzoo[sweep]'"),
-    "ray": ("hydra/launcher=ray", "pip install ray && pip install --no-deps hydra-ray-launcher"),
+    "joblib": ("hydra/launcher=joblib", "hydra-joblib-launcher"),
+    "submitit": ("hydra/launcher=submitit_…", "hydra-submitit-launcher"),
+    "optuna": ("hydra/sweeper=optuna", "hydra-optuna-sweeper"),
+    "ray": ("hydra/launcher=ray", "ray && pip install --no-deps hydra-ray-launcher"),
 }
-"""What is typed for each plugin, and what brings it. Ray's plugin asks for packages of Python 3.7 that it does not use on one machine."""
+"""What is typed for each plugin, and what pip is to install. Ray's plugin asks for boto3, needed only at Amazon's, and an old cloudpickle."""
 
 
 def missing_plugin(error: BaseException) -> str | None:
@@ -24,7 +24,7 @@ def missing_plugin(error: BaseException) -> str | None:
     if found is None:
         return None
     typed, install = PACKAGES[found.group(1) or "optuna"]
-    return f"{typed}: its plugin is not installed: {install}"
+    return f"{typed}: its plugin is not installed: pip install {install}"
 
 
 def prefer_own_settings() -> None:

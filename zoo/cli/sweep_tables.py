@@ -42,7 +42,7 @@ def tell_results(config: DictConfig, folder: Path, outcomes: Mapping[Path, Outco
     table = sweep_table([{key: _settings(one).get(key, "") for key in differing if key != SEED} for one in done], metrics)
     path = write_text(folder / FILE, str(table.to_csv(index=False, float_format="%.6g", lineterminator="\n")))
     again = sum(one.again for one in done)
-    _print(table, f"{len(done)} jobs{f', {again} of them done by an earlier sweep' if again else ''}: RMS of the error, median [90 % range]")
+    _print(table, f"{len(done)} jobs{f' ({again} done before)' if again else ''}: RMS, median [90 % range]")
     data = settled_data(config)
     if data is not None:
         print(f"compare by run and stage:\n  {compare_command(folder, data)}")
@@ -93,8 +93,16 @@ def _print(table: pd.DataFrame, title: str) -> None:
     shown = Table(*map(escape, (*keys, "n", *told, "s a job")), title=escape(title))
     for row in table.to_dict("records"):
         cells = [_spread(row, key) for key in uses]
-        shown.add_row(*(escape(str(row[key])) for key in keys), str(row["n"]), *map(escape, cells), f"{row['wall_time_s']:.3g}")
+        shown.add_row(*(escape(_short(str(row[key]))) for key in keys), str(row["n"]), *map(escape, cells), f"{row['wall_time_s']:.3g}")
     Console().print(shown)
+
+
+def _short(value: str) -> str:
+    """A number in five digits, as a sweeper proposes it in sixteen."""
+    try:
+        return f"{float(value):.5g}" if len(value) > 8 else value
+    except ValueError:
+        return value
 
 
 def _spread(row: Mapping[Any, Any], key: str) -> str:

@@ -52,6 +52,7 @@ class Sweep:
         share = OmegaConf.select(self.config, "hydra.launcher.cpus_per_task")
         if share and self._threads_before is None:
             os.environ[THREADS] = str(share)  # the others limit their processes themselves
+        threading.excepthook = _unless_a_pool_is_torn_down
         self._watch.start()
 
     def stop(self) -> None:
@@ -59,6 +60,7 @@ class Sweep:
         self._ended.set()
         if self._watch.is_alive():
             self._watch.join()
+        threading.excepthook = threading.__excepthook__
         if self._threads_before is None:
             os.environ.pop(THREADS, None)
 
@@ -114,6 +116,12 @@ class SweepRecords(Callback):
         _under_way[0].start()
 
 
+def _unless_a_pool_is_torn_down(found: threading.ExceptHookArgs) -> None:
+    """After Ctrl-C, joblib's thread may still look for jobs that are gone already, and fall over with a trace."""
+    if found.thread is None or "ExecutorManager" not in found.thread.name:
+        threading.__excepthook__(found)
+
+
 @contextmanager
 def sweep_told(codes: list[int]) -> Iterator[None]:
     """Tells at its end what came of the sweep in it, where there was one, however it ended.
@@ -131,7 +139,6 @@ def sweep_told(codes: list[int]) -> Iterator[None]:
         raise
     except KeyboardInterrupt:
         for sweep in _under_way:
-            sweep.stop()
             sweep.tell_how_to_go_on()
         raise
     else:
