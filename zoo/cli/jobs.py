@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import traceback
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from contextlib import contextmanager, nullcontext, redirect_stderr, redirect_stdout, suppress
 from dataclasses import replace
 from pathlib import Path
@@ -75,9 +75,9 @@ class Job:
         Raises:
             InputError: it cannot be written to, or the objective is none.
         """
-        objective = self._config.get("objective", OBJECTIVES[0])
-        if objective not in OBJECTIVES:
-            raise InputError(f"objective={objective}: possible: {', '.join(OBJECTIVES)}")
+        asked = self._config.get("objective", OBJECTIVES[0])
+        if asked not in OBJECTIVES:
+            raise InputError(f"objective={asked}: possible: {', '.join(OBJECTIVES)}")
         folder = writable_folder(self._folder)
         repeatable = self._verb in REPEATABLE
         new = Outcome(self._sweep, self.overrides, made_from(self._config) if repeatable else "")
@@ -118,9 +118,18 @@ class Job:
         """
         if "objective" not in self._config or self.result is None:
             return None
-        metrics = json.loads(self.result.read_text(encoding="utf-8"))
-        key = self._config.objective
-        if key == "auto":
-            key = "rms" if metrics["rms_check"] is None else "rms_check"
-        value = metrics["members"][f"{key}_quantiles"]["median"] if metrics.get("members") and metrics[key] is not None else metrics[key]
-        return None if value is None else float(value)
+        return objective(json.loads(self.result.read_text(encoding="utf-8")), str(self._config.objective))
+
+
+def objective(metrics: Mapping[str, Any], key: str) -> float | None:
+    """The number of a training that is to be small [output's unit]; None where there is none, as there are no check runs.
+
+    Args:
+        metrics: of the training.
+        key: one of `OBJECTIVES`.
+    """
+    if key == "auto":
+        key = "rms" if metrics["rms_check"] is None else "rms_check"
+    members = metrics.get("members")
+    value = metrics[key] if not members or metrics[key] is None else members[f"{key}_quantiles"]["median"]
+    return None if value is None else float(value)
