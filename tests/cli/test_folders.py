@@ -94,6 +94,13 @@ def test_what_was_there_before_stays() -> None:
     ]
 
 
-def test_a_job_that_fails_leaves_its_folder_to_nobody_and_the_others_theirs() -> None:
+def test_a_job_that_fails_leaves_a_note_where_others_have_results() -> None:
     assert application.run("simulate", ["-m", *SMALL, "seed=-1,2", "hydra.sweep.dir=sweep"]) == 2
-    assert sorted(path.name for path in Path("sweep").iterdir()) == ["1", "multirun.yaml"]
+    assert sorted(path.name for path in Path("sweep").iterdir()) == ["0", "1", "multirun.yaml"]
+    assert "seed=-1" in Path("sweep/0/failed.txt").read_text()
+    assert not Path("sweep/1/failed.txt").exists()
+
+
+def test_a_sweep_of_failures_leaves_no_folder() -> None:
+    assert application.run("simulate", ["-m", *SMALL, "seed=-1,-2", "hydra.sweep.dir=deep/sweep"]) == 2
+    assert not list(Path.cwd().iterdir())

@@ -11,7 +11,6 @@ from contextlib import contextmanager, suppress
 from pathlib import Path
 
 import hydra
-from hydra.core.hydra_config import HydraConfig
 from hydra.errors import (
     ConfigCompositionException,
     HydraException,
@@ -23,13 +22,15 @@ from omegaconf import DictConfig
 from omegaconf.errors import OmegaConfBaseException
 from yaml import YAMLError  # type: ignore[import-untyped]
 
-from zoo.artifacts import writable_folder
 from zoo.catalog import config_folder, names
 from zoo.cli.closed_pipe import nobody_reads, print_to_nobody, unread_logs
 from zoo.cli.folders import hollow_removed
 from zoo.cli.interrupts import tell_interrupted
+from zoo.cli.jobs import Job
 from zoo.cli.papers import paper_settings
+from zoo.cli.plugins import missing_plugin, prefer_own_settings
 from zoo.cli.saved_models import folder_settings
+from zoo.cli.sweeps import sweep_told
 from zoo.cli.wrong_settings import check_flags, check_known, check_once, instead
 from zoo.errors import InputError, WorkError, causes, nearest
 
@@ -63,8 +64,9 @@ def run(verb: str, arguments: list[str]) -> int:
     codes: list[int] = []
     with _unwrapped(), unread_logs():
         try:
-            with hollow_removed(), suppress(SystemExit):  # Hydra's own end after --help
+            with hollow_removed(), sweep_told(codes), suppress(SystemExit):  # Hydra's own end after --help
                 check_flags(arguments)
+                prefer_own_settings()
                 hydra.main(version_base="1.3", config_path=str(config_folder()), config_name=verb)(_task(verb, codes, traced))()
             sys.stdout.flush()
         except KeyboardInterrupt:
@@ -98,22 +100,26 @@ def _tell(error: BaseException) -> int:
     return code
 
 
-def _task(verb: str, codes: list[int], traced: bool) -> Callable[[DictConfig], str | None]:
+def _task(verb: str, codes: list[int], traced: bool) -> Callable[[DictConfig], float | None]:
     """The function that Hydra runs: one job. A failing job is told and remembered, so that the other jobs of a sweep still run."""
 
-    def task(config: DictConfig) -> str | None:
-        try:
-            check_once(HydraConfig.get().overrides.task)
-            check_known(verb, HydraConfig.get().overrides.task)
-            module = importlib.import_module(f"zoo.cli.{verb}")
-            result = str(module.run(config, writable_folder(HydraConfig.get().runtime.output_dir)))
-            print(result, flush=True)
-        except (Exception, SystemExit) as error:
-            if traced:
-                raise
-            codes.append(_tell(error))
-            return None
-        return result
+    def task(config: DictConfig) -> float | None:
+        job = Job(verb, config)
+        with job.output():
+            try:
+                check_once(job.overrides)
+                check_known(verb, job.overrides)
+                with job.alone():
+                    out = job.begin()
+                    if job.result is None:
+                        job.end(importlib.import_module(f"zoo.cli.{verb}").run(config, out))
+                print(job.result, flush=True)
+            except (Exception, SystemExit) as error:
+                if traced:
+                    raise
+                codes.append(_tell(error))
+                job.fail(error, *explain(error))
+        return job.value
 
     task.__name__ = verb
     return task
@@ -126,15 +132,22 @@ def explain(error: BaseException) -> tuple[int, str]:
             return 2, f"error: {cause}"
         if isinstance(cause, WorkError):
             return 1, f"failed: {cause}"
-    if isinstance(error, MissingConfigException) and (unknown := re.search(r"Could not (?:find|load) '([^']+)/([^'/]+)'", str(error))):
-        group, name = unknown.groups()
-        return 2, f"error: unknown {group.removesuffix('s')} '{name}': {nearest(name, names(group, _searched(error)))}"
+    if absent := missing_plugin(error) or _unknown_choice(error):
+        return 2, f"error: {absent}"
     if isinstance(error, OSError) and error.filename:
         return 2, f"error: {error.filename}: cannot be written ({error.strerror}); choose another folder with hydra.run.dir=…"
     if isinstance(error, WRONG_SETTINGS):
         return 2, f"error: {_first_lines(error)}"
     known = "" if isinstance(error, HydraException) else f"{type(error).__name__}: "
     return 1, f"failed: {known}{_first_lines(error)} (HYDRA_FULL_ERROR=1 shows where)"
+
+
+def _unknown_choice(error: BaseException) -> str | None:
+    unknown = re.search(r"Could not (?:find|load) '([^']+)/([^'/]+)'", str(error))
+    if unknown is None or not isinstance(error, MissingConfigException):
+        return None
+    group, name = unknown.groups()
+    return f"unknown {group.removesuffix('s')} '{name}': {nearest(name, names(group, _searched(error)))}"
 
 
 def _searched(error: MissingConfigException) -> list[Path]:

@@ -15,6 +15,7 @@ from torch import Tensor
 
 from zoo.catalog import MODEL_FILE, load_members
 from zoo.cli.given_predictions import file_of
+from zoo.cli.outcomes import FAILED
 from zoo.cli.saved_models import RESULTS, distinct_names, load_saved, model_folders, tops
 from zoo.errors import InputError, in_brief
 from zoo.export.exported import SCRIPT_FILE, load_exported
@@ -26,7 +27,7 @@ from zoo.training.members import MEMBERS_FILE
 
 MAKERS = ("train", "refine")
 """Verbs that leave models."""
-NO_SETTINGS = ("seed", "seeds", "torch_device", "resume", "hydra", "data.check_files")
+NO_SETTINGS = ("seed", "seeds", "torch_device", "resume", "hydra", "data.check_files", "objective")
 """What a config says that makes no other method."""
 SHORT = 24
 """A value with more letters says nothing in a name."""
@@ -72,7 +73,7 @@ def find_entrants(runs: Sequence[str]) -> tuple[list[Entrant], list[str]]:
     found: list[Entrant] = []
     watched = Console(stderr=True)
     for folder, scripted in track(folders, "loading", console=watched, transient=True, disable=not watched.is_terminal or len(folders) < 8):
-        unfinished = not scripted and (folder / MODEL_FILE).is_file() and not any((folder / one).is_file() for one in RESULTS) and _maker(folder)
+        unfinished = not scripted and (folder / MODEL_FILE).is_file() and _without_result(folder) and _maker(folder)
         try:
             found += [] if unfinished else _loaded(folder, scripted)
         except Exception as error:  # whatever a half-written file makes of torch and yaml: the other jobs of a sweep count all the same
@@ -174,6 +175,11 @@ def _without_model(top: Path, files: Sequence[str]) -> list[Path]:
     """Folders of jobs that were to leave a model and did not."""
     jobs = [found.parent for found in sorted(top.rglob(".hydra"))]
     return [job for job in jobs if not any((job / file).is_file() for file in files) and _maker(job)]
+
+
+def _without_result(folder: Path) -> bool:
+    """Whether the command that was last in the folder has come to nothing, whatever an earlier one has left there."""
+    return (folder / FAILED).is_file() or not any((folder / one).is_file() for one in RESULTS)
 
 
 def _maker(folder: Path) -> bool:

@@ -13,8 +13,13 @@ from typing import Any, Literal
 from hydra.experimental.callback import Callback
 from omegaconf import DictConfig, open_dict, read_write
 
+from zoo.cli.jobs import OUTPUT
+from zoo.cli.outcomes import FAILED
+
 HYDRAS = {".hydra", "multirun.yaml"}
 """What Hydra writes before a job has done anything."""
+NOTES = {FAILED, OUTPUT}
+"""What a job leaves that has come to nothing."""
 
 # Hydra builds its callbacks itself, so the folders they make new, the deepest first, are told through the module.
 _new: list[Path] = []
@@ -86,13 +91,20 @@ def _made(wanted: Path) -> Path:
 
 
 def _remove_hollow(folder: Path) -> None:
+    """Of a sweep in which some jobs came to something, the notes of the others stay: why they did not."""
     if not folder.is_dir():
         return
-    for job in [child for child in folder.iterdir() if (child / ".hydra").is_dir()]:
-        _remove_hollow(job)
-    if all(_says_nothing(child) for child in folder.iterdir()):
+    if _hollow(folder):
         shutil.rmtree(folder, ignore_errors=True)
+        return
+    for job in [child for child in folder.iterdir() if (child / ".hydra").is_dir()]:
+        if not (job / FAILED).is_file():
+            _remove_hollow(job)
+
+
+def _hollow(folder: Path) -> bool:
+    return all(_says_nothing(child) or ((child / ".hydra").is_dir() and _hollow(child)) for child in folder.iterdir())
 
 
 def _says_nothing(child: Path) -> bool:
-    return child.name in HYDRAS or (child.suffix == ".log" and child.is_file() and child.stat().st_size == 0)
+    return child.name in HYDRAS | NOTES or (child.suffix == ".log" and child.is_file() and child.stat().st_size == 0)

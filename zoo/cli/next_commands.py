@@ -3,13 +3,19 @@
 from __future__ import annotations
 
 import shlex
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
 from hydra.core.hydra_config import HydraConfig
+from hydra.core.override_parser.overrides_parser import OverridesParser
+from omegaconf import DictConfig
 
 from zoo.cli.searchpath import searchpath
 from zoo.report.unknown_stub import stub_of
+
+RUNS = ("data", "data.files", "data.check_files")
+"""Settings that say which runs are read."""
 
 
 def typed_settings() -> list[str]:
@@ -41,9 +47,29 @@ def stub_commands(diagnosis: dict[str, Any], out: Path) -> list[str]:
     return [] if stub is None else stub.commands(out, refine_words())
 
 
-def compare_command(folder: Path) -> str:
-    """What to type to see a refined model by stage: on the check runs where there are any, read as they were."""
-    typed = {one.partition("=")[0]: one.partition("=")[2] for one in HydraConfig.get().overrides.task if one.lstrip("+").startswith("data")}
+def compare_command(folder: Path, settings: Sequence[str]) -> str:
+    """What to type to see models by stage: on the check runs where there are any, read as they were.
+
+    Args:
+        folder: of the models.
+        settings: as they were typed; those of the data count, and where the user's own configs lie.
+    """
+    typed = {one.partition("=")[0]: one.partition("=")[2] for one in settings if one.lstrip("+").startswith(("data", "hydra.searchpath="))}
     files = typed.pop("data.check_files", None) or typed.get("data.files")
     kept = {key: value for key, value in typed.items() if key not in {"data.files", "data.holdout"}}
     return shlex.join(["fogzoo", "compare", f"runs=[{folder}]", *([f"data.files={files}"] if files else []), *(f"{key}={kept[key]}" for key in kept)])
+
+
+def settled_data(config: DictConfig) -> list[str] | None:
+    """The settings of the data in a sweep, as one would type them for a command that is none; None where its jobs have not the same runs.
+
+    Args:
+        config: of the sweep, with Hydra's own.
+    """
+    parsed = OverridesParser.create().parse_overrides([one for one in config.hydra.overrides.task if one.lstrip("+").startswith("data")])
+    if any(one.is_sweep_override() and one.key_or_group in RUNS for one in parsed):
+        return None
+    choice = config.hydra.runtime.choices.get("data", "files")  # an experiment chooses as well
+    chosen = [] if choice == "files" else [f"data={choice}"]
+    kept = [str(one.input_line) for one in parsed if not one.is_sweep_override() and one.key_or_group != "data"]
+    return [*chosen, *kept, *(one for one in config.hydra.overrides.hydra if one.startswith("hydra.searchpath="))]

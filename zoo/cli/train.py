@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
@@ -17,6 +16,7 @@ from zoo.artifacts import write_json
 from zoo.catalog import create, load, save_model
 from zoo.cli.effects import chosen
 from zoo.cli.inputs import read_data
+from zoo.cli.outcomes import settings_text
 from zoo.cli.searchpath import searchpath
 from zoo.errors import InputError
 from zoo.measurements.run import Run
@@ -142,10 +142,7 @@ def _checkpoint(resume: str | None) -> Path | None:
 
 def _settings(config: DictConfig) -> str:
     """All that decides where a training leads, as text: a checkpoint tells by it whether it belongs to this command."""
-    plain: dict[str, Any] = OmegaConf.to_container(config, resolve=True)  # type: ignore[assignment]
-    return json.dumps(
-        {key: value for key, value in sorted(plain.items()) if key not in {"hydra", "resume", "epochs", "torch_device"}}, sort_keys=True
-    )
+    return settings_text(config, but=("hydra", "resume", "epochs", "torch_device", "objective"))
 
 
 def _unfinished(out: Path, settings: str) -> Path | None:

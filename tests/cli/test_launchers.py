@@ -1,0 +1,196 @@
+"""Launchers and sweepers that come in packages of their own: the same results from each, and a line where one is not installed."""
+
+from __future__ import annotations
+
+import csv
+import dataclasses
+import importlib
+import importlib.util
+import json
+import os
+import re
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hydra.core.plugins import Plugins
+from omegaconf import OmegaConf
+
+from zoo.catalog import config_folder
+from zoo.cli import application
+
+SCHEMAS = {
+    "launcher/joblib": "hydra_joblib_launcher.config.JobLibLauncherConf",
+    "launcher/submitit_local": "hydra_submitit_launcher.config.LocalQueueConf",
+    "launcher/submitit_slurm": "hydra_submitit_launcher.config.SlurmQueueConf",
+    "launcher/ray": "hydra_ray_launcher._config.RayLauncherConf",
+    "sweeper/optuna": "hydra_optuna_sweeper.config.OptunaSweeperConf",
+}
+SWEEP = ["train", "-m", "data.files=[a.csv]", "data.average_s=100", "hydra.sweep.dir=sweep"]
+FOGZOO = [sys.executable, "-c", "from zoo.cli import main; main()"]
+
+
+def needs(*plugins: str) -> None:
+    for plugin in plugins:
+        if importlib.util.find_spec("hydra_plugins") is None or importlib.util.find_spec(f"hydra_plugins.{plugin}") is None:
+            pytest.skip(f"{plugin} is not installed; pip install -e '.[sweep]' brings all but ray's")
+
+
+@pytest.fixture
+def recordings(tmp_path, monkeypatch) -> Path:
+    monkeypatch.chdir(tmp_path)
+    seconds = np.arange(0, 4 * 3600, 20.0)
+    temperature = 40 + 20 * np.sin(seconds / 2000)
+    error = 0.2 * np.tanh((temperature - 35) / 8) + 0.01 * np.random.default_rng(1).normal(size=len(seconds))
+    np.savetxt("a.csv", np.column_stack([seconds, temperature, error]), "%.6f", ",", header="time_s,temperature_c,rate_dph", comments="")
+    return tmp_path
+
+
+def sweep(*more: str) -> subprocess.CompletedProcess[str]:
+    return subprocess.run([*FOGZOO, *SWEEP, *more], capture_output=True, text=True, check=False)
+
+
+def table() -> list[tuple[str, ...]]:
+    with Path("sweep/sweep.csv").open() as file:
+        return [tuple(value for key, value in row.items() if key != "wall_time_s") for row in csv.DictReader(file)]
+
+
+@pytest.mark.parametrize("choice", SCHEMAS)
+def test_a_missing_plugin_gets_a_line_with_what_brings_it(choice, monkeypatch, tmp_path, capsys) -> None:
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setenv("HYDRA_FULL_ERROR", "0")
+    monkeypatch.setattr(sys, "argv", [])
+    found = {name: kind for name, kind in Plugins.instance().class_name_to_class.items() if not name.startswith("hydra_plugins.")}
+    monkeypatch.setattr(Plugins.instance(), "class_name_to_class", found)
+    assert application.run("train", ["-m", f"hydra/{choice.replace('/', '=')}", "data.files=[a.csv]", "seed=1,2"]) == 2
+    (line,) = capsys.readouterr().err.splitlines()
+    group, name = choice.split("/")
+    assert f"hydra/{group}={name.partition('_')[0]}" in line
+    assert re.search(rf"pip install .*hydra-{name.partition('_')[0]}-{group}", line)
+    assert not list(tmp_path.iterdir())
+
+
+@pytest.mark.parametrize("choice", SCHEMAS)
+def test_settings_are_those_that_the_plugin_has(choice) -> None:
+    """Ours take the place of the plugin's: one that it has got since would be missed, one that it has lost would stop it."""
+    module, _, name = SCHEMAS[choice].rpartition(".")
+    needs(module.partition(".")[0])
+    schema = getattr(importlib.import_module(f"hydra_plugins.{module}"), name)
+    ours = OmegaConf.load(config_folder() / "hydra" / f"{choice}.yaml")
+    fields = {one.name for one in dataclasses.fields(schema)} - {"defaults"}
+    assert set(ours) - {"defaults"} == fields
+    assert ours._target_ == schema._target_
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("launcher", ["joblib", "submitit_local", "ray"])
+def test_jobs_in_other_processes_end_as_they_do_in_this_one(launcher, recordings) -> None:
+    """One fails, whose exit code and reason reach the command; nothing but lines of ended jobs and the table is printed, and no warning."""
+    needs("hydra_ray_launcher" if launcher == "ray" else f"hydra_{launcher.partition('_')[0]}_launcher")
+    typed = ["model=bp", "epochs=20,0", "seed=1,2"]
+    assert sweep(*typed).returncode == 2
+    here = table()
+    for path in Path("sweep").rglob("metrics.json"):
+        path.unlink()
+    there = sweep(*typed, f"hydra/launcher={launcher}")
+    assert there.returncode == 2, there.stderr
+    assert table() == here
+    assert "2 of 4 jobs failed" in there.stderr
+    assert "Warning" not in there.stderr
+    assert "Traceback" not in there.stderr
+    assert len(re.findall(r"^job \d+ done: seed=\d$", there.stdout.replace("epochs=20 ", ""), re.MULTILINE)) == 2
+    assert len(re.findall(r"^job \d+ failed: .*epochs=0: a whole number", there.stdout, re.MULTILINE)) == 2
+    assert "uncompensated" in Path("sweep/0/output.txt").read_text()
+    assert "uncompensated" not in there.stdout
+    assert there.stdout.splitlines()[-1] == str(recordings / "sweep" / "sweep.csv")
+
+
+@pytest.mark.slow
+def test_a_sweep_that_was_killed_goes_on_where_it_was(recordings) -> None:
+    """Its workers end with it; the same command finishes what they left, as if nothing had been."""
+    needs("hydra_joblib_launcher")
+    typed = ["model=bp", "init=random", "epochs=40,15000", "seed=1,2", "hydra/launcher=joblib", "hydra.launcher.n_jobs=2"]
+    killed = subprocess.Popen([*FOGZOO, *SWEEP, *typed], stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL, start_new_session=True)
+    deadline = time.monotonic() + 120
+    while not Path("sweep/1/last.ckpt").is_file() and time.monotonic() < deadline:
+        time.sleep(0.1)
+    killed.kill()
+    killed.wait()
+    assert not Path("sweep/1/metrics.json").is_file()
+    while members(killed.pid) and time.monotonic() < deadline:
+        time.sleep(0.2)
+    assert not members(killed.pid)
+    assert sweep(*typed).returncode == 0
+    assert "going on from" in Path("sweep/1/output.txt").read_text()
+    found = table()
+    for path in Path("sweep").rglob("outcome.json"):
+        path.unlink()
+    for path in Path("sweep").rglob("last.ckpt"):
+        path.unlink()
+    assert sweep(*typed).returncode == 0
+    assert table() == found
+
+
+def members(session: int) -> list[str]:
+    """Processes of a session, those that have ended aside."""
+    stats = (path.read_text() for path in Path("/proc").glob("[0-9]*/stat") if path.exists())
+    fields = (text.rpartition(")")[2].split() for text in stats)
+    return [one for one in fields if one[3] == str(session) and one[0] != "Z"]
+
+
+@pytest.mark.slow
+def test_a_worker_that_dies_is_told_and_made_up_for(recordings) -> None:
+    needs("hydra_joblib_launcher")
+    typed = ["model=bp", "epochs=20,30", "seed=1,2", "hydra/launcher=joblib", "hydra.launcher.n_jobs=1"]
+    Path("mine.py").write_text(
+        "import os, signal\nfrom zoo.models.bp import BP\n"
+        "class Mine(BP):\n    def train(self, mode=True):\n"
+        "        if mode and not os.path.exists('survived'):\n            open('survived', 'w').close(); os.kill(os.getpid(), signal.SIGKILL)\n"
+        "        return super().train(mode)\n"
+    )
+    environment = os.environ | {"PYTHONPATH": os.pathsep.join([str(recordings), os.environ.get("PYTHONPATH", "")])}
+    command = [*FOGZOO, *SWEEP, *typed, "model._target_=mine.Mine"]
+    first = subprocess.run(command, env=environment, capture_output=True, text=True, check=False)
+    assert first.returncode == 1
+    assert "ended without a word" in first.stderr
+    assert "the same command" in first.stderr
+    assert subprocess.run(command, env=environment, capture_output=True, text=True, check=False).returncode == 0
+    assert len(table()) == 2
+
+
+@pytest.mark.slow
+def test_optuna_proposes_the_same_again_and_finds_it_done(recordings) -> None:
+    """A range includes its end; trials that fail cost the others nothing."""
+    needs("hydra_optuna_sweeper")
+    typed = ["hydra/sweeper=optuna", "model=polynomial", "model.order=range(-1,3)", "hydra.sweeper.sampler=random", "hydra/sweeper/sampler=random"]
+    typed = [one for one in typed if one != "hydra.sweeper.sampler=random"]
+    first = sweep(*typed, "hydra.sweeper.n_trials=12")
+    assert first.returncode == 2
+    tried = {key: rms for key, *_, rms, _unit in table()}
+    assert set(tried) == {"1", "2", "3"}
+    best = OmegaConf.load("sweep/optimization_results.yaml")
+    assert best.best_params["model.order"] == 3
+    assert best.best_value == pytest.approx(min(json.loads(path.read_text())["rms"] for path in Path("sweep").rglob("metrics.json")))
+    again = sweep(*typed, "hydra.sweeper.n_trials=12")
+    done = len(list(Path("sweep").rglob("metrics.json")))
+    assert f"({done} done before)" in again.stdout
+
+
+@pytest.mark.slow
+def test_ctrl_c_ends_all_jobs_with_a_line(recordings) -> None:
+    needs("hydra_joblib_launcher")
+    typed = ["model=bp", "epochs=500000", "seed=1,2,3", "hydra/launcher=joblib"]
+    running = subprocess.Popen([*FOGZOO, *SWEEP, *typed], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, start_new_session=True)
+    deadline = time.monotonic() + 120
+    while not Path("sweep/0/last.ckpt").is_file() and time.monotonic() < deadline:
+        time.sleep(0.1)
+    os.killpg(running.pid, signal.SIGINT)
+    _, message = running.communicate(timeout=60)
+    assert running.returncode == 130
+    assert "Traceback" not in message
+    assert "the same command" in message
+    assert not members(running.pid)

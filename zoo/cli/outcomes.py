@@ -1,0 +1,108 @@
+"""What became of a job: a record in its folder, by which a sweep in other processes learns of it and a later one sees what is done already."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Sequence
+from dataclasses import asdict, dataclass, replace
+from pathlib import Path
+from typing import Any
+
+from omegaconf import DictConfig, OmegaConf
+
+import zoo
+from zoo.artifacts import write_json
+from zoo.measurements.files import find_files
+
+RECORD = ".hydra/outcome.json"
+"""Beside what Hydra keeps of a job."""
+FAILED = "failed.txt"
+"""In the folder of a job of a sweep that failed: why. Its folder counts as one without a model."""
+SINGLE = ""
+"""Name of the sweep that a job alone belongs to."""
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """What became of a job.
+
+    Attributes:
+        sweep: the sweep that it belongs to.
+        overrides: the settings that were typed, as this job has them.
+        made_from: what decides the result: settings, files and version, as text.
+        code: the exit code; None while it runs, and for good where it was killed.
+        message: why it failed.
+        result: its main result.
+        again: whether an earlier job had done it.
+    """
+
+    sweep: str
+    overrides: Sequence[str]
+    made_from: str
+    code: int | None = None
+    message: str = ""
+    result: str | None = None
+    again: bool = False
+
+    def write(self, folder: Path) -> Outcome:
+        """Put it into the job's folder."""
+        write_json(folder / RECORD, asdict(self))
+        return self
+
+
+def read_outcome(folder: Path) -> Outcome | None:
+    """The record in a job's folder; None where there is none that can be read."""
+    try:
+        return Outcome(**json.loads((folder / RECORD).read_text(encoding="utf-8")))
+    except (OSError, ValueError, TypeError):
+        return None
+
+
+def read_outcomes(sweep_folder: Path, sweep: str) -> dict[Path, Outcome]:
+    """All jobs of a sweep by folder, in the order of their numbers.
+
+    Args:
+        sweep_folder: where they lie; those of earlier sweeps may lie there too.
+        sweep: its name.
+    """
+    folders = sorted((found.parent.parent for found in sweep_folder.rglob(RECORD)), key=lambda one: (len(one.name), str(one)))
+    found = {folder: read_outcome(folder) for folder in folders}
+    return {folder: one for folder, one in found.items() if one is not None and one.sweep == sweep}
+
+
+def finished_before(folder: Path, new: Outcome) -> Outcome | None:
+    """The record of a job that a new one would only repeat, now as the new one's; None where there is something to do.
+
+    Args:
+        folder: of the job.
+        new: about to begin there.
+    """
+    old = read_outcome(folder)
+    if old is None or old.code != 0 or old.made_from != new.made_from or old.result is None or not Path(old.result).is_file():
+        return None
+    return replace(new, code=0, result=old.result, again=True)
+
+
+def made_from(config: DictConfig) -> str:
+    """What decides a result: the settings, this program's version, and name, size and time of the files of measurements.
+
+    Raises:
+        InputError: the files are not there.
+    """
+    plain: dict[str, Any] = OmegaConf.to_container(config, resolve=True)  # type: ignore[assignment]
+    data = plain.get("data") or {}
+    given = [] if "simulated" in data else [data.get(key) for key in ("files", "check_files")]
+    files = [path.resolve() for one in given if one and one != "???" for path in find_files(one)]
+    stamps = [[str(path), path.stat().st_size, path.stat().st_mtime_ns] for path in files]
+    return f"{settings_text(config, but=('hydra', 'objective'))} {json.dumps(stamps)} {zoo.__version__}"
+
+
+def settings_text(config: DictConfig, but: Sequence[str]) -> str:
+    """Settings as a text that is equal where they are.
+
+    Args:
+        config: composed.
+        but: keys at its top that are left out.
+    """
+    plain: dict[str, Any] = OmegaConf.to_container(config, resolve=True)  # type: ignore[assignment]
+    return json.dumps({key: value for key, value in sorted(plain.items()) if key not in but}, sort_keys=True)
