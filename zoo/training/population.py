@@ -49,8 +49,8 @@ class Population:
             features: (M, F), for which `FeatureModel.head` gives one output a row.
         """
         self.model = model
-        particles, samples = AT_ONCE["cuda" if features.is_cuda else "cpu"]
-        self.parts, self.rows = features.split(_even(len(features), samples)), particles * samples
+        rows, self.particles = parts_of(features, len(features))
+        self.parts = features.split(rows)
         self.shapes = {id(parameter): (parameter.shape, parameter.numel()) for parameter in model.parameters()}
         self.places = [(module, name, value) for module in model.modules() for name, value in module._parameters.items() if value is not None]
         self.passes: dict[tuple[int, int], Tape | None] = {}
@@ -70,7 +70,7 @@ class Population:
             (P, ...).
         """
         with torch.no_grad():
-            some = weights.split(_even(len(weights), max(self.rows // len(self.parts[0]), 1)))
+            some = weights.split(even(len(weights), self.particles))
             return torch.cat([cost(torch.cat([self._pass(few, part) for part in range(len(self.parts))], dim=-1)) for few in some])
 
     def _pass(self, weights: Tensor, part: int) -> Tensor:
@@ -81,7 +81,8 @@ class Population:
             return self._batched(weights, part)
         tape = self.passes[key] or Tape(lambda some: self._batched(some, part), weights)
         self.passes[key] = tape
-        return tape(weights)
+        outputs: Tensor = tape(weights)
+        return outputs
 
     def _batched(self, weights: Tensor, part: int) -> Tensor:
         with nullcontext() if weights.is_cuda else _Faster():
@@ -101,7 +102,14 @@ class Population:
                 module._parameters[name] = own
 
 
-def _even(total: int, most: int) -> int:
+def parts_of(features: Tensor, samples: int) -> tuple[int, int]:
+    """Rows of one part of so many samples, and how many particles go with them."""
+    particles, most = AT_ONCE["cuda" if features.is_cuda else "cpu"]
+    rows = even(samples, most)
+    return rows, max(particles * most // rows, 1)
+
+
+def even(total: int, most: int) -> int:
     """The size of the fewest parts, as equal as can be, of at most so many."""
     parts = -(-total // most)
     return max(-(-total // max(parts, 1)), 1)

@@ -12,7 +12,8 @@ from zoo.measurements.datamodule import RunsDataModule
 from zoo.measurements.run import Run
 from zoo.models.base import FeatureModel
 from zoo.models.prediction import block_features
-from zoo.training.weights import ROWS_AT_ONCE, member_outputs, outputs_and_slopes, population_outputs, weight_vector
+from zoo.training.population import Population
+from zoo.training.weights import ROWS_AT_ONCE, outputs_and_slopes, weight_vector
 
 
 class Problem:
@@ -30,6 +31,7 @@ class Problem:
         self.model, self.features, self.error = model, features, error
         self.scale = spread(error)
         self.size = len(weight_vector(model))
+        self.population = Population(model, features)
 
     @classmethod
     def of_runs(cls, model: FeatureModel, runs: Sequence[Run], device: str = "cpu") -> Problem:
@@ -45,8 +47,7 @@ class Problem:
 
     def losses(self, weights: Tensor) -> Tensor:
         """(..., D) weights -> (...) losses; memory does not grow with their number."""
-        pieces = chunks(weights.reshape(-1, self.size), self.features)
-        lengths = torch.cat([vector_norm(self.error - population_outputs(self.model, some, self.features), dim=-1) for some in pieces]) / self.scale
+        lengths = self.population.costs(weights.reshape(-1, self.size), lambda some: vector_norm(self.error - some, dim=-1)) / self.scale
         return (lengths.square() / len(self.error)).view(weights.shape[:-1])
 
     def normal_equations(self, weights: Tensor) -> tuple[Tensor, Tensor]:
@@ -81,29 +82,3 @@ def spread(error: Tensor) -> float:
 def chunks(weights: Tensor, features: Tensor) -> Iterator[Tensor]:
     """(P, D) weights in pieces of as many as are best evaluated on (..., M, F) features at once."""
     return iter(weights.split(max(ROWS_AT_ONCE // max(features.shape[-2], 1), 1)))
-
-
-def losses_and_slopes(model: FeatureModel, weights: Tensor, features: Tensor, error: Tensor, scale: float) -> tuple[Tensor, Tensor]:
-    """Losses of several members of an ensemble and their gradients, in bounded memory.
-
-    Args:
-        model: lends its structure and its buffers.
-        weights: (E, D).
-        features: (M, F) of all members, or (E, M, F) of each.
-        error: (M,) or (E, M) [output's unit].
-        scale: unit of the loss [output's unit].
-
-    Returns:
-        (E,) mean squared errors and (E, D) their derivatives.
-    """
-    found, start = [], 0
-    for some in chunks(weights.detach(), features):
-        own = slice(start, start + len(some))
-        here = some.clone().requires_grad_()
-        with torch.enable_grad():
-            predicted = member_outputs(model, here, features[own] if features.ndim == 3 else features)
-            losses = ((predicted - (error[own] if error.ndim == 2 else error)) / scale).square().mean(-1)
-            (slopes,) = torch.autograd.grad(losses.sum(), here)
-        found.append((losses.detach(), slopes))
-        start = own.stop
-    return torch.cat([one for one, _ in found]), torch.cat([one for _, one in found])
