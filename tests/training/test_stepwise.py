@@ -46,7 +46,7 @@ def test_the_inits_count_for_levenberg_marquardt_and_not_for_a_swarm(make_run, t
     runs = [make_run(bend=0.5, noise=0.05)]
     fit = partial(train, BP(FEATURES), runs, epochs=1, out=tmp_path)
     found = fit(optimizer=LevenbergMarquardt(), init=SwarmInit(pso, 20, 30))
-    assert found["evaluations"] == 20 * 30 + 1 + 4
+    assert found["evaluations"] == 20 * 30 + 1 + 2
     assert found["loss"] < fit(optimizer=LevenbergMarquardt())["loss"]
     assert fit(optimizer=METHODS["pso"])["evaluations"] == 20 * 30
 
@@ -84,7 +84,7 @@ def test_normal_equations_are_those_of_the_jacobian_in_pieces_or_not(make_run, m
     problem = Problem.of_runs(model, [make_run(bend=0.5)])
     weights = torch.randn(3, problem.size, generator=Generator().manual_seed(1), dtype=torch.float64)
     whole = problem.normal_equations(weights)
-    monkeypatch.setattr(problems, "ROWS_AT_ONCE", 31)
+    monkeypatch.setattr(problems, "ROWS_OF_COLUMNS", 31)
     for piece, one in zip(problem.normal_equations(weights), whole, strict=True):
         torch.testing.assert_close(piece, one, rtol=1e-9, atol=1e-12)
     step = 1e-6 * torch.eye(problem.size, dtype=torch.float64)

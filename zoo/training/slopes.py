@@ -7,7 +7,7 @@ from torch import Tensor
 
 from zoo.models.base import FeatureModel
 from zoo.training.population import even, parts_of
-from zoo.training.tape import Tape
+from zoo.training.tape import Recorded
 from zoo.training.weights import member_outputs
 
 
@@ -23,8 +23,7 @@ class Slopes:
         Args:
             model: lends its structure and its buffers.
         """
-        self.model = model
-        self.tapes: dict[tuple[torch.Size, ...], Tape | None] = {}
+        self.model, self._sums = model, Recorded(self._computed)
 
     def __call__(self, weights: Tensor, features: Tensor, error: Tensor) -> tuple[Tensor, Tensor]:
         """Evaluate.
@@ -45,17 +44,6 @@ class Slopes:
             pieces = zip(here.split(rows, dim=-2), wanted.split(rows, dim=-1), strict=True)
             found.append([sum(parts) for parts in zip(*(self._sums(weights[some], *piece) for piece in pieces), strict=True)])
         losses, slopes = (torch.cat(parts) / error.shape[-1] for parts in zip(*found, strict=True))
-        return losses, slopes
-
-    def _sums(self, weights: Tensor, features: Tensor, error: Tensor) -> tuple[Tensor, Tensor]:
-        given = weights.contiguous(), features.contiguous(), error.contiguous()
-        key = tuple(one.shape for one in given)
-        if key not in self.tapes:
-            self.tapes[key] = None  # What comes only once is not worth recording.
-            return self._computed(*given)
-        tape = self.tapes[key] or Tape(self._computed, *given)
-        self.tapes[key] = tape
-        losses, slopes = tape(*given)
         return losses, slopes
 
     def _computed(self, weights: Tensor, features: Tensor, error: Tensor) -> tuple[Tensor, Tensor]:

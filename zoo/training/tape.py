@@ -98,6 +98,30 @@ class Tape(TorchDispatchMode):
             needed |= mentioned
 
 
+class Recorded:
+    """A function of tensors that is played from a tape for inputs of shapes that come again; what comes only once is not worth recording."""
+
+    def __init__(self, function: Callable[..., Any]) -> None:
+        """Prepare.
+
+        Args:
+            function: see `Tape`.
+        """
+        self.function = function
+        self.tapes: dict[tuple[Any, ...], Tape | None] = {}
+
+    def __call__(self, *inputs: Tensor) -> Any:
+        """The function of some inputs."""
+        given = [one.contiguous() for one in inputs]
+        key = tuple(one.shape for one in given)
+        if key not in self.tapes:
+            self.tapes[key] = None
+            return self.function(*given)
+        tape = self.tapes[key] or Tape(self.function, *given)
+        self.tapes[key] = tape
+        return tape(*given)
+
+
 def _place(tensor: Tensor) -> tuple[Any, ...]:
     """Where a tensor lies in memory: the same for all its names, of which what a gradient keeps for itself is one."""
     return tensor.data_ptr(), tensor.shape, tensor.stride(), tensor.dtype
