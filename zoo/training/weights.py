@@ -39,13 +39,19 @@ def reset(model: nn.Module, generator: Generator) -> None:
                 parameter.data.copy_(bound * (2 * drawn - 1))
 
 
-class _Head(nn.Module):
-    # torch.func.functional_call swaps the parameters of a module's forward only.
+class Head(nn.Module):
+    """A model's head as a module's forward, whose parameters alone torch.func.functional_call swaps."""
+
+    prefix = "model."
+    """Before the names that the model's parameters have of their own."""
+
     def __init__(self, model: FeatureModel) -> None:
+        """Wrap one."""
         super().__init__()
         self.model = model
 
     def forward(self, features: Tensor) -> Tensor:
+        """See `FeatureModel.head`."""
         return self.model.head(features)
 
 
@@ -125,7 +131,7 @@ def _at_once(features: Tensor) -> int:
 
 def _outputs_of(model: FeatureModel, features: Tensor) -> Callable[[Tensor], Tensor]:
     """(D,) weights -> (M,) predicted errors."""
-    head = _Head(model)
+    head = Head(model)
     shapes = {name: parameter.shape for name, parameter in head.named_parameters()}
 
     def outputs(vector: Tensor) -> Tensor:
