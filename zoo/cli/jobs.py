@@ -14,8 +14,8 @@ from hydra.core.hydra_config import HydraConfig
 from omegaconf import DictConfig
 
 from zoo.artifacts import writable_folder, write_text
-from zoo.cli.alone import alone_in, ending_with_parent
-from zoo.cli.outcomes import FAILED, SINGLE, Outcome, finished_before, made_from
+from zoo.cli.alone import alone_in, end_with_parent
+from zoo.cli.outcomes import FAILED, SINGLE, Outcome, finished_before, made_from, started_by
 from zoo.errors import InputError, WorkError, causes
 
 OUTPUT = "output.txt"
@@ -54,7 +54,9 @@ class Job:
         if self._sweep == SINGLE:
             yield
             return
-        with alone_in(self._folder), ending_with_parent() if self._launcher == "joblib" else nullcontext():
+        if self._launcher == "joblib":
+            end_with_parent(started_by(self._sweep))
+        with alone_in(self._folder):
             yield
 
     @contextmanager

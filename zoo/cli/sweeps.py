@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import os
-import secrets
 import sys
 import threading
 from collections.abc import Iterator
@@ -16,7 +15,7 @@ from hydra.experimental.callback import Callback
 from omegaconf import DictConfig, OmegaConf, open_dict, read_write
 
 from zoo.cli.jobs import REPEATABLE
-from zoo.cli.outcomes import read_outcomes
+from zoo.cli.outcomes import new_sweep, read_outcomes
 from zoo.cli.sweep_tables import progress_line, tell_failed, tell_results
 
 THREADS = "OMP_NUM_THREADS"
@@ -35,7 +34,7 @@ class Sweep:
     """
 
     def __init__(self, config: DictConfig) -> None:
-        self.name = f"sweep-{secrets.token_hex(4)}"
+        self.name = new_sweep()
         with read_write(config), open_dict(config):
             config.hydra.callbacks.sweep.id = self.name
             # The jobs compose their configs anew, from the overrides.
