@@ -16,10 +16,7 @@ from zoo.models.prediction import block_features
 from zoo.training.linear_weights import LinearWeights
 from zoo.training.population import Population, even
 from zoo.training.tape import Recorded
-from zoo.training.weights import outputs_and_slopes, weight_vector
-
-ROWS_OF_COLUMNS = 4096
-"""Samples, of one member or several, whose derivatives are computed at once: those of a small net stay in a core's cache."""
+from zoo.training.weights import ROWS_OF_COLUMNS, derivatives, weight_vector
 
 Columns = Callable[[Tensor, Tensor], tuple[Tensor, Tensor]]
 """(E, D) weights and (M, F) features -> (E, M) outputs and (E, K, M) derivatives."""
@@ -41,7 +38,7 @@ class Problem:
         self.scale = spread(error)
         self.size = len(weight_vector(model))
         self.population, self.linear = Population(model, features), LinearWeights(model)
-        self._slopes = Recorded(partial(_slopes, model))
+        self._derivatives = Recorded(partial(derivatives, model))
 
     @classmethod
     def of_runs(cls, model: FeatureModel, runs: Sequence[Run], device: str = "cpu") -> Problem:
@@ -69,7 +66,7 @@ class Problem:
         Returns:
             (E, D, D) and (E, D), J being the derivative of the outputs and r the residual, both in units of the error's spread and over √M.
         """
-        normal, slope, _ = self._summed(weights, self._slopes, self.size)
+        normal, slope, _ = self._summed(weights, self._derivatives, self.size)
         return normal, slope
 
     def solved(self, weights: Tensor) -> tuple[Tensor, Tensor]:
@@ -103,13 +100,6 @@ class Problem:
             found.append((normal, slope, square))
         normal, slope, square = (torch.cat(parts) / (self.scale**2 * len(self.error)) for parts in zip(*found, strict=True))
         return normal, slope, square
-
-
-def _slopes(model: FeatureModel, weights: Tensor, features: Tensor) -> tuple[Tensor, Tensor]:
-    """(E, M) outputs and (E, D, M) their derivatives."""
-    rows = weights.unsqueeze(1).expand(-1, len(features), -1).reshape(-1, weights.shape[-1])
-    outputs, slopes = outputs_and_slopes(model, rows, features.repeat(len(weights), 1))
-    return outputs.view(len(weights), -1), slopes.view(*outputs.view(len(weights), -1).shape, -1).mT
 
 
 def spread(error: Tensor) -> float:
