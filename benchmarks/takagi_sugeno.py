@@ -1,6 +1,6 @@
 """Fuzzy models of an open-loop gyro's error over temperature and rate (liu2010): ours beside pyFUME, anfis-toolbox and scikit-learn.
 
-python benchmarks/takagi_sugeno.py 5        how many splits (default 5)
+OMP_NUM_THREADS=1 python benchmarks/takagi_sugeno.py 5        how many splits (default 5)
 
 448 points train and 200 check, as in the paper. pyFUME asks for NumPy 1.24 and works with later ones:
 pip install anfis-toolbox==0.2.2 scikit-learn && pip install --no-deps pyFUME==0.3.4 simpful==2.12.0 fst-pso==1.9.0 miniful==0.0.6
@@ -10,7 +10,6 @@ from __future__ import annotations
 
 import contextlib
 import io
-import os
 import subprocess
 import sys
 import tempfile
@@ -141,5 +140,4 @@ def _spread(values: list[float]) -> str:
 
 
 if __name__ == "__main__":
-    os.environ.setdefault("OMP_NUM_THREADS", "1")
     main(int(sys.argv[1]) if len(sys.argv) > 1 else 5)

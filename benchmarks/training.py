@@ -4,8 +4,8 @@ ensemble    100 seeds of a PSO-started network as one batch, against single trai
 lightning   zoo.training.train against a raw loop of the same steps
 steps       Levenberg–Marquardt against L-BFGS: time until the loss that L-BFGS ends with
 
-Ratios come from one run on one thread, as medians over repeats that take turns: of wall time, and of CPU time, which does not count what others do on the
-machine.
+Ratios come from one run on one thread, as medians over repeats that take turns: of wall time, and of CPU time, which does not count what others do
+on the machine.
 """
 
 from __future__ import annotations
@@ -16,11 +16,13 @@ import time
 from collections.abc import Callable
 from functools import partial
 from pathlib import Path
+from typing import Any
 
 import torch
 
 from zoo.measurements.run import Run
 from zoo.models.bp import BP
+from zoo.training.levenberg_marquardt import LevenbergMarquardt
 from zoo.training.problem import Problem
 from zoo.training.run import train
 from zoo.training.swarm_init import SwarmInit
@@ -28,6 +30,8 @@ from zoo.training.weights import reset
 
 FEATURES = ["temperature", "temperature_rate"]
 ADAM = partial(torch.optim.Adam, lr=0.01)
+LBFGS = partial(torch.optim.LBFGS, lr=1.0, max_iter=20, history_size=10, tolerance_grad=1e-9, line_search_fn="strong_wolfe")
+"""As conf/optimizer/lbfgs.yaml."""
 SEEDS, SINGLES, EPOCHS = 100, 5, 1000
 
 
@@ -100,7 +104,27 @@ def lightning(out: Path) -> None:
     print(f"  Lightning over a raw loop: {ratio(ours, bare)} (goal: 2.5)", flush=True)
 
 
-PARTS = {"ensemble": ensemble, "lightning": lightning}
+def steps(out: Path) -> None:
+    for blocks, passes in ((350, 50), (36_000, 50)):
+        run, theirs, ours, ends = one_run(blocks), [], [], []
+        for seed in range(1, 8 if blocks < 1000 else 4):
+            theirs.append(seconds(lambda: ends.append(train(BP(FEATURES), [run], optimizer=LBFGS, seed=seed, epochs=passes, out=out))))  # noqa: B023
+        goal = sorted(one["loss"] for one in ends)[len(ends) // 2]
+        for seed in range(1, len(ends) + 1):
+            method = LevenbergMarquardt(settled=0.0)
+            found: list[dict[str, Any]] = []
+            work = partial(train, BP(FEATURES), [run], optimizer=method, seed=seed, epochs=200, goal=goal * (1 + 1e-9), out=out)
+            ours.append(seconds(lambda: found.append(work())))  # noqa: B023
+            ends[seed - 1] |= {"reached": found[0]["loss"], "steps": found[0]["epochs"]}
+        reached = sum(one["reached"] <= goal * (1 + 1e-9) for one in ends)
+        print(f"{blocks} blocks, {passes} epochs of L-BFGS: {told(theirs)}, median loss {goal:.5g}; LM until there, 200 steps at most: {told(ours)}")
+        print(
+            f"  {reached} of {len(ends)} seeds reach it, in {[one['steps'] for one in ends]} steps; L-BFGS takes {ratio(theirs, ours)} (goal: 2)",
+            flush=True,
+        )
+
+
+PARTS = {"ensemble": ensemble, "lightning": lightning, "steps": steps}
 
 
 def main(parts: list[str]) -> None:

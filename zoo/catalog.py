@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import copy
 import importlib
+import json
 import re
 from collections.abc import Sequence
 from pathlib import Path
@@ -17,12 +18,14 @@ from omegaconf.errors import OmegaConfBaseException
 from yaml import YAMLError  # type: ignore[import-untyped]
 
 import zoo
-from zoo.artifacts import replacing, write_text
+from zoo.artifacts import replacing, write_json, write_text
 from zoo.errors import InputError, WorkError, causes, in_brief, nearest
+from zoo.models.ranges import Ranges, checked
 from zoo.training.members import read_members
 
 MODEL_FILE = "model.yaml"
 WEIGHTS_FILE = "weights.pt"
+RANGES_FILE = "ranges.json"
 LISTS = ("effects",)
 """Groups of which a config takes several: in their YAMLs the settings stand below the name, so that several can be merged."""
 
@@ -142,14 +145,17 @@ def build(group: str, name: str, searchpath: Sequence[Path] = (), **overrides: A
     return create(config[name] if group in LISTS else config, **overrides)
 
 
-def save_model(folder: Path, config: dict[str, Any], module: torch.nn.Module) -> None:
+def save_model(folder: Path, config: dict[str, Any], module: torch.nn.Module, ranges: Ranges | None = None) -> None:
     """Write a model so that `load_model` rebuilds it: its config beside its weights.
 
     Args:
         folder: an existing folder.
         config: a plain mapping with `_target_`, as `create` takes it.
         module: the fitted model.
+        ranges: of its raw columns over the runs that it was fitted to, see `zoo.models.ranges`.
     """
+    if ranges is not None:
+        write_json(folder / RANGES_FILE, ranges)
     write_text(folder / MODEL_FILE, OmegaConf.to_yaml(OmegaConf.create(config), resolve=True))
     with replacing(folder / WEIGHTS_FILE) as path:
         torch.save(module.state_dict(), path)
@@ -185,3 +191,18 @@ def load_members(folder: str | Path) -> list[tuple[int, torch.nn.Module]]:
         one.load_state_dict(member.state)
         models.append((member.seed, one.eval()))
     return models
+
+
+def load_ranges(folder: str | Path) -> Ranges:
+    """Within which values a saved model was fitted, by raw column; empty where that was not saved with it.
+
+    Raises:
+        InputError: the file holds something else.
+    """
+    path = Path(folder) / RANGES_FILE
+    if not path.is_file():
+        return {}
+    try:
+        return checked(json.loads(path.read_text(encoding="utf-8")))
+    except (ValueError, OSError) as error:
+        raise InputError(f"{path}: {in_brief(error)}; train the model again, or take the file away") from error

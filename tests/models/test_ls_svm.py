@@ -5,7 +5,7 @@ import torch
 
 from zoo.catalog import load_model, save_model
 from zoo.models.ls_svm import LsSvm, gaussians
-from zoo.training.gradient import CHECKPOINT, save_unfitted_by_gradient
+from zoo.training.checkpoints import CHECKPOINT, save_fitted
 from zoo.training.module import Training
 
 FEATURES = ["temperature", "temperature_rate"]
@@ -68,7 +68,7 @@ def test_a_model_built_anew_takes_as_many_support_points_as_were_saved(model, ra
     x = raw(model.inputs)
     save_model(tmp_path, {"_target_": "zoo.models.ls_svm.LsSvm", "features": FEATURES}, model)
     assert torch.equal(load_model(tmp_path)(x), model(x))
-    save_unfitted_by_gradient(model, tmp_path)
+    save_fitted(Training(model), tmp_path)
     assert torch.equal(Training.load_from_checkpoint(tmp_path / CHECKPOINT, model=LsSvm(FEATURES)).model(x), model(x))
 
 

@@ -13,8 +13,9 @@ from zoo.errors import InputError
 from zoo.measurements.run import Run
 from zoo.models.wavelet import LEAST, Morlet, Wavelet
 from zoo.simulator.accelerometer.runs import simulate_accelerometer
+from zoo.training.random_init import RandomInit
 from zoo.training.run import train
-from zoo.training.weights import RandomInit, reset
+from zoo.training.weights import reset
 
 
 def alone(weight: list[float], translation: float, dilation: float) -> Morlet:

@@ -86,6 +86,18 @@ def test_equal_seeds_give_equal_rules_and_restarts_settle_what_chance_leaves_ope
     assert often[0] == pytest.approx(often[1], abs=0.02)
 
 
+def test_of_very_many_points_some_find_the_rules_and_all_the_planes() -> None:
+    """Twenty times the same points: the same moments, so nearly the same rules, and the planes of all."""
+    features, error = grid()
+    many = clustered(features.repeat(20, 1), error.repeat(20), 4)
+    assert share_left(many, features, error) < 2 * share_left(clustered(features, error, 4), features, error)
+    target, columns = (error - many.scaler.error_centre) / many.scaler.error_scale, many.columns(features).detach()
+    prior = (20 * Clustering().alpha) ** -0.5 * torch.eye(columns.shape[1], dtype=torch.float64)
+    told = torch.cat([target, torch.zeros(len(prior), dtype=torch.float64)]).unsqueeze(1)
+    planes = torch.linalg.lstsq(torch.cat([columns, prior]), told, driver="gelsd").solution
+    torch.testing.assert_close(columns @ many.consequent.detach().flatten(), (columns @ planes).squeeze(1), rtol=0, atol=1e-8)
+
+
 def test_a_training_fits_and_starts_where_the_fit_ends(make_run, tmp_path) -> None:
     runs = [make_run(bend=0.5, noise=0.01), make_run("run_2", high=30.0, bend=0.5, noise=0.01, seed=2)]
     fitted, started = (build("model", "takagi_sugeno") for _ in range(2))

@@ -6,13 +6,20 @@ import pytest
 import torch
 from torch import Generator, Tensor
 
-from zoo.training.recursive_least_squares import begin, learn, recursive_least_squares
+from zoo.training.recursive_least_squares import Information, begin, learn
 
 
 def problem(samples: int = 60, size: int = 5) -> tuple[Tensor, Tensor]:
     chance = Generator().manual_seed(1)
     design = torch.randn(samples, size, generator=chance, dtype=torch.float64)
     return design, design @ torch.arange(1.0, size + 1).double() + 0.3 * torch.randn(samples, generator=chance, dtype=torch.float64)
+
+
+def recursive_least_squares(design: Tensor, target: Tensor, alpha: float, rows: int = 50) -> Information:
+    known = begin(design.shape[1], alpha, design)
+    for some, targets in zip(design.split(rows), target.split(rows), strict=True):
+        known = learn(known, some, targets)
+    return known
 
 
 @pytest.mark.parametrize("alpha", [0.1, 300.0, 1e6])
@@ -51,10 +58,8 @@ def test_from_nothing_known_on_it_is_least_squares() -> None:
 def test_the_size_of_the_blocks_and_the_order_of_the_rows_do_not_matter() -> None:
     design, target = problem(3000)
     order = torch.randperm(3000, generator=Generator().manual_seed(2))
-    known = begin(5, 1e4, design)
-    for rows, targets in zip(design[order].split(7), target[order].split(7), strict=True):
-        known = learn(known, rows, targets)
-    torch.testing.assert_close(known.estimate, recursive_least_squares(design, target, 1e4).estimate, rtol=1e-12, atol=1e-12)
+    found = recursive_least_squares(design[order], target[order], 1e4, rows=7)
+    torch.testing.assert_close(found.estimate, recursive_least_squares(design, target, 1e4, rows=3000).estimate, rtol=1e-12, atol=1e-12)
 
 
 def test_what_no_row_speaks_of_stays_at_zero_and_twins_share() -> None:

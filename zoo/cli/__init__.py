@@ -15,9 +15,9 @@ USAGE = """fogzoo: the thermal drift of fibre-optic gyroscopes
   fogzoo refine      add effects (add=NAME | add=auto), refit, watch the error fall
   fogzoo train       fit a model of the zoo (-m sweeps models and seeds)
   fogzoo compare     trained models side by side, by run and stage
-  fogzoo compensate  subtract a model from recordings of any length   (not yet)
-  fogzoo export      a model as one file for firmware                 (not yet)
-  fogzoo reproduce   the tables and figures of a paper                (not yet)
+  fogzoo compensate  subtract a model from recordings of any length
+  fogzoo export      a model as files that run with torch alone, sample by sample
+  fogzoo reproduce   a paper's methods trained, its tables and figures beside ours
 
 fogzoo VERB --help lists the settings; fogzoo VERB key=value sets them. Start: fogzoo diagnose 'data.files=[run_*.csv]'"""
 

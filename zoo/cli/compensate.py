@@ -1,18 +1,180 @@
-"""The verb `compensate`, announced and not built yet."""
+"""The verb `compensate`: subtracts a trained model from recordings of any length."""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from pathlib import Path
+from typing import Any
 
-from omegaconf import DictConfig
+import numpy as np
+from hydra.core.hydra_config import HydraConfig
+from omegaconf import DictConfig, OmegaConf
+from rich.console import Console
+from rich.table import Table
+from rich.text import Text
 
-from zoo.errors import WorkError
+from zoo.artifacts import write_json
+from zoo.catalog import load_ranges
+from zoo.cli.saved_models import SavedModel, find_model
+from zoo.errors import InputError
+from zoo.measurements.files import find_files, run_names, suffix
+from zoo.measurements.read import check_numbers
+from zoo.measurements.schema import Layout, layout
+from zoo.measurements.table import column_names
+from zoo.models.compensation import Compensation, Compensator, Tally, check_uncompensated, remarks
+from zoo.models.example import example, used_inputs
+from zoo.models.prediction import usable_device
+from zoo.models.streaming import check_streams
+from zoo.progress import progress
+from zoo.training.threads import threads_for
+from zoo.units import symbol
+
+RESULT = "compensation.json"
+STEPS = 1000
+"""Of the progress bar."""
 
 
 def run(config: DictConfig, out: Path) -> Path:
-    """Say that the verb is not there yet.
+    """Predict, subtract, write each file again.
 
-    Raises:
-        WorkError: always.
+    Args:
+        config: as composed from conf/compensate.yaml.
+        out: folder of the results.
+
+    Returns:
+        The folder; the new file where there is one.
     """
-    raise WorkError("fogzoo compensate is not built yet: this version has simulate, train, compare, diagnose and refine")
+    device = usable_device(config.torch_device)
+    data: dict[str, Any] = OmegaConf.to_container(config.data, resolve=True)  # type: ignore[assignment]
+    check_numbers(data["reference"], data["average_s"], data["gap_s"])
+    saved = find_model("run", str(config.run))
+    layouts = _layouts(data)
+    targets = _targets([one.path for one in layouts], out)
+    with threads_for(0):
+        compensator = _compensator(saved, device)
+        passes = [Compensation(compensator, one, data["reference"], _average(data, saved), data["gap_s"]) for one in layouts]
+        done = [_written(one, target) for one, target in zip(passes, targets, strict=True)]
+    known = [one.reference is not None or _is_given("data.reference") for one in layouts]
+    facts = [_facts(*each, compensator) for each in zip(layouts, targets, done, known, strict=True)]
+    _draw(targets, layouts, done)
+    model = {"path": str(saved.folder), "name": saved.kind}
+    write_json(out / RESULT, {"schema_version": 1, "model": model, "files": facts})
+    _print(facts)  # last: who reads it may have gone
+    return targets[0] if len(targets) == 1 else out
+
+
+def _layouts(data: dict[str, Any]) -> list[Layout]:
+    found = []
+    for path in find_files(data["files"]):
+        present = column_names(path)
+        check_uncompensated(path, present)
+        found.append(layout(path, present, data["columns"], data["output_unit"]))
+    return found
+
+
+def _targets(paths: Sequence[Path], out: Path) -> list[Path]:
+    """The new files: called as the old ones, with the folder's name before it where two are called alike."""
+    targets = [
+        out / f"{name.strip('/').replace('/', '_')}{path.name[-len(suffix(path)) :]}" for name, path in zip(run_names(paths), paths, strict=True)
+    ]
+    there = {path.resolve() for path in paths}
+    over = next((target for target in targets if target.resolve() in there), None)
+    if over:
+        raise InputError(f"{over}: would be overwritten by its compensated self; choose another folder with hydra.run.dir=…")
+    return targets
+
+
+def _compensator(saved: SavedModel, device: Any) -> Compensator:
+    """The model, tried before a long file is."""
+    ranges = load_ranges(saved.folder)
+    tried = example(saved.module.inputs, ranges)
+    check_streams(saved.module, tried)
+    named = [name.removeprefix("reference_") for name in saved.module.inputs if name.startswith("reference_")]
+    unit = saved.facts.get("unit") or (named[0] if named else None)
+    used = used_inputs(saved.module, tried)
+    return Compensator(saved.module.to(device), unit, ranges, used)
+
+
+def _average(data: dict[str, Any], saved: SavedModel) -> Any:
+    """Length of the blocks: as given, else as in the training."""
+    given = data["average_s"]
+    return saved.facts.get("average_s", "auto") if given in (None, "auto") else given
+
+
+def _written(one: Compensation, target: Path) -> Tally:
+    with progress(target.name, STEPS) as advance:
+        told = 0
+
+        def tell(share: float) -> None:
+            nonlocal told
+            steps = int(share * STEPS) - told
+            told += steps
+            advance(steps)
+
+        return one.write(target, tell)
+
+
+def _is_given(key: str) -> bool:
+    return any(one.lstrip("+").startswith(f"{key}=") for one in HydraConfig.get().overrides.task)
+
+
+def _facts(one: Layout, target: Path, tally: Tally, known: bool, compensator: Compensator) -> dict[str, Any]:
+    """What is told of one file; numbers are of block means, [output's unit]."""
+    error, predicted = tally.blocks[:, 1], tally.blocks[:, 2]
+    before, after = (_numbers(value) for value in (error, error - predicted))
+    return {
+        "file": str(one.path),
+        "written": str(target),
+        "unit": one.unit,
+        "reference_known": known,
+        "rows": tally.rows,
+        "rows_without_prediction": tally.unpredicted,
+        "rows_outside": {name: {"rows": count, "from": low, "to": high} for name, (count, low, high) in tally.outside.items()},
+        "average_s": tally.average_s,
+        "blocks": len(tally.blocks),
+        "before": before,
+        "after": after,
+        "notes": remarks(one, tally, compensator.ranges),
+    }
+
+
+def _numbers(value: np.ndarray) -> dict[str, float] | None:
+    if not len(value):
+        return None
+    return {"mean": float(value.mean()), "std": float(value.std()), "rms": float(np.sqrt(np.square(value).mean()))}
+
+
+def _draw(targets: list[Path], layouts: list[Layout], done: list[Tally]) -> None:
+    from zoo.report.compensation_figure import compensation_figure  # matplotlib takes a second to import: only once the work is done
+    from zoo.report.palette import styled
+
+    with styled():
+        for target, one, tally in zip(targets, layouts, done, strict=True):
+            if len(tally.blocks) > 1:
+                name = target.name.removesuffix(suffix(target))
+                figure = compensation_figure(name, tally.blocks[:, 0] / 3600, tally.blocks[:, 1], tally.blocks[:, 2], symbol(one.unit))
+                figure.savefig(target.with_name(f"{name}.png"), dpi=100)
+
+
+def _print(facts: list[dict[str, Any]]) -> None:
+    """A row a file, and below what should be known of each."""
+    console = Console(highlight=False)
+    table = Table("file", "rows", "means of", "", "mean", "σ", "RMS", box=None, pad_edge=False, padding=(0, 2, 0, 0))
+    for one in facts:
+        start = [Path(one["written"]).name, str(one["rows"]), f"{one['average_s']:g} s [{symbol(one['unit'])}]"]
+        for when, first in (("before", start), ("after", ["", "", ""])):
+            table.add_row(*(Text(cell) for cell in (*first, when, *_cells(one[when], one["reference_known"]))))
+    needed = console.measure(table, options=console.options.update(width=10_000)).maximum
+    console.print(table, width=None if console.is_terminal else max(needed, console.width), crop=False)
+    for one in facts:
+        for note in one["notes"]:
+            console.print(Text(f"{Path(one['written']).name}: {note}"), soft_wrap=True)
+    if not all(one["reference_known"] for one in facts):
+        told = "the true input is neither recorded nor given (data.reference), so the mean and σ are those of output less 0, whatever the gyro did"
+        console.print(Text(told), soft_wrap=True)
+
+
+def _cells(numbers: dict[str, float] | None, known: bool) -> list[str]:
+    if numbers is None:
+        return ["–"] * 3
+    return [f"{numbers['mean']:.4g}", f"{numbers['std']:.4g}", f"{numbers['rms']:.4g}" if known else "–"]

@@ -1,18 +1,115 @@
-"""The verb `export`, announced and not built yet."""
+"""The verb `export`: a trained model as files that run with torch alone."""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from pathlib import Path
+from typing import Any
 
-from omegaconf import DictConfig
+from omegaconf import DictConfig, OmegaConf
+from omegaconf.errors import OmegaConfBaseException
+from rich.console import Console
 
-from zoo.errors import WorkError
+from zoo.catalog import MODEL_FILE, load_ranges
+from zoo.cli.inputs import read_data
+from zoo.cli.saved_models import SavedModel, find_model
+from zoo.errors import InputError
+from zoo.export.write import SCRIPT, write_export
+from zoo.measurements.run import Run
+from zoo.models.graybox import GrayBox
+from zoo.models.hybrid import Hybrid
+from zoo.models.prediction import raw_columns, usable_device
+from zoo.training.run import versions
+from zoo.training.threads import threads_for
+from zoo.units import symbol
+
+TOLD = ("init", "optimizer", "seed", "average_s", "rms", "rms_check", "rms_uncompensated", "rms_check_uncompensated", "noise_floor", "verdict")
+"""What the metadata take from the result file of the training, where it has it."""
 
 
 def run(config: DictConfig, out: Path) -> Path:
-    """Say that the verb is not there yet.
+    """Export one model.
+
+    Args:
+        config: as composed from conf/export.yaml.
+        out: folder of the files.
+
+    Returns:
+        The TorchScript file.
 
     Raises:
-        WorkError: always.
+        InputError: no trained model there, or one that cannot be exported.
     """
-    raise WorkError("fogzoo export is not built yet: this version has simulate, train, compare, diagnose and refine")
+    usable_device(config.torch_device)
+    for key in ("refuse_outside", "program"):
+        if not isinstance(config[key], bool):
+            raise InputError(f"{key}={config[key]}: possible: true, false")
+    saved = find_model("run", str(config.run))
+    if "unit" not in saved.facts:
+        raise InputError(
+            f"run={saved.folder}: no metrics.json or refinement.json beside the model, which says the unit; give the whole output folder"
+        )
+    with Console(stderr=True).status("exporting, and trying the files against the model"), threads_for(0):
+        runs = _training_runs(saved)
+        metadata = write_export(
+            saved.module,
+            saved.facts["unit"],
+            load_ranges(saved.folder),
+            {one.name: raw_columns(saved.module, one) for one in runs},
+            out,
+            about=_about(saved, runs),
+            refuse_outside=config.refuse_outside,
+            program=config.program,
+        )
+    _print(metadata)
+    return out / SCRIPT
+
+
+def _training_runs(saved: SavedModel) -> list[Run]:
+    """The recordings of the training, if they are still where they were."""
+    path = saved.folder / ".hydra" / "config.yaml"
+    if not path.is_file():
+        return []
+    try:
+        runs, _ = read_data(OmegaConf.load(path))  # type: ignore[arg-type]
+    except (InputError, OmegaConfBaseException):
+        return []
+    return [one for one in runs if set(saved.module.inputs) <= set(one.columns)]
+
+
+def _about(saved: SavedModel, runs: Sequence[Run]) -> dict[str, Any]:
+    """Where the model comes from; names of files, but no folder of this machine."""
+    module, facts = saved.module, saved.facts
+    physics = module.physics if isinstance(module, Hybrid) else module
+    return {
+        "schema_version": 1,
+        "model": saved.kind,
+        "settings": OmegaConf.to_container(OmegaConf.load(saved.folder / MODEL_FILE)),
+        "effects": [name for name, _ in physics.named_effects()] if isinstance(physics, GrayBox) else [],
+        "trained_on": {
+            "runs": [one["run"] if isinstance(one, dict) else one for one in facts.get("runs", [])],
+            "sample_interval_s": _intervals(runs),
+            **{key: facts.get(key) for key in TOLD},
+            "versions": facts.get("versions"),
+        },
+        "versions": versions(),
+    }
+
+
+def _intervals(runs: Sequence[Run]) -> list[float] | None:
+    """Shortest and longest mean time between the rows of a run [s]; None where the recordings are gone."""
+    # The fine grid's first and last time are those of the middles of the rows behind them.
+    steps = [one.rows - float(one.count[0] + one.count[-1]) / 2 for one in runs]
+    means = [float(one.time[-1] - one.time[0]) / many for one, many in zip(runs, steps, strict=True) if many > 0]
+    return [min(means), max(means)] if means else None
+
+
+def _print(metadata: dict[str, Any]) -> None:
+    console = Console()
+    for name in metadata["inputs"]:
+        known = metadata["trained_range"][name]
+        trained = f"trained from {known[0]:g} to {known[1]:g} {metadata['input_units'][name] or ''}" if known else ""
+        console.print(f"input       {name:24s} {trained}", highlight=False)
+    console.print(f"prediction  error in {metadata['unit_symbol']}, to be subtracted from the output", highlight=False)
+    for what, apart in metadata["parity"]["largest_difference"].items():
+        console.print(f"parity      {what}: {apart:.1e} {symbol(metadata['unit'])} at most", highlight=False)

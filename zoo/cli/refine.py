@@ -19,6 +19,7 @@ from zoo.diagnosis.refine import Refinement
 from zoo.models.base import Model
 from zoo.models.graybox import GrayBox
 from zoo.models.prediction import usable_device
+from zoo.models.ranges import fitted_ranges
 from zoo.report.unknown_stub import stub_line, write_stub
 from zoo.training.threads import threads_for
 
@@ -48,7 +49,7 @@ def run(config: DictConfig, out: Path) -> Path:
         record = _diagnosis(found, runs, whole, status.update)
         _report(out, record, found, models, check_runs)
         stub = write_stub(record, out)
-        save_model(out, model_config(config, asked, models[-1]), models[-1])
+        save_model(out, model_config(config, asked, models[-1]), models[-1], fitted_ranges(models[-1], runs))
         path = write_json(out / "refinement.json", found.record)
     from zoo.report.terminal import print_ladder
     from zoo.report.verdict import worth_adding

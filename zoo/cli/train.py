@@ -21,6 +21,7 @@ from zoo.cli.searchpath import searchpath
 from zoo.errors import InputError
 from zoo.measurements.run import Run
 from zoo.models.base import Model
+from zoo.models.ranges import fitted_ranges
 from zoo.training.checkpoints import CHECKPOINT
 from zoo.training.resume import unfinished
 from zoo.training.run import EVENTS, train
@@ -85,7 +86,7 @@ def trained(config: DictConfig, runs: Sequence[Run], check_runs: Sequence[Run], 
         labels=labels,
         settings=settings,
     )
-    save_model(out, model_config, model)
+    save_model(out, model_config, model, fitted_ranges(model, runs))
     _draw(out, model, [*runs, *check_runs])
     write_json(out / METRICS, {"schema_version": 1} | metrics)
     _print(metrics)  # last: who reads it may have gone

@@ -6,6 +6,7 @@ import torch
 from torch import Tensor
 
 from zoo.effects.base import Effect, History, Parameter, grid_values
+from zoo.physics.carry import after_first, left, resumed, with_last
 
 ONSETS, FINER = 100, 41
 
@@ -42,6 +43,13 @@ class BiasStep(Effect):
     def columns(self, history: History, shape: Tensor) -> Tensor:
         """0 before and 1 after the onset, rising within one sampling step so that the onset can be refined, see `Effect.columns`."""
         onset, run = shape[..., 0:1] * 3600.0, shape[..., 1:2]
-        step_s = torch.diff(history.time).median()
+        step_s = shortest_step(history.time)
         here = ((run.round() == 0) | (run.round() == history.run)).to(history.time.dtype)
         return (((history.time - onset) / step_s + 0.5).clamp(0.0, 1.0) * here).unsqueeze(-1)
+
+
+def shortest_step(time: Tensor) -> Tensor:
+    """(T,) the shortest sampling step so far [s], whatever gaps there are; next to nothing at the first sample."""
+    steps = torch.diff(with_last(time))
+    before = resumed(torch.full_like(time[0], torch.inf))
+    return after_first(torch.full_like(time[0], 1e-9), left(torch.minimum(steps.cummin(-1).values, before), before))

@@ -80,7 +80,8 @@ class Polarization(Effect):
         here = history.temperature + shape[..., 3:4] / SECONDS_PER_MINUTE * history.rate
         period, phase = shape[..., 0:1], 2 * torch.pi * (here - REFERENCE_C)
         first = [(phase / period).cos(), (phase / period).sin()]
-        if bool((shape[..., 1:3] == 1.0).all()):  # as in a search: one line, computed once
+        # As in a search: one line, computed once. An exported graph has no choice between the two.
+        if not torch.compiler.is_compiling() and bool((shape[..., 1:3] == 1.0).all()):
             return torch.stack(first * 3, dim=-1)
         others = [phase * _other(shape[..., place : place + 1], period) / period for place in (1, 2)]
         return torch.stack([*first, *(wave for line in others for wave in (line.cos(), line.sin()))], dim=-1)

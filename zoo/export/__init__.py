@@ -1,1 +1,1 @@
-"""Models as files that run without this package; a later issue."""
+"""A trained model as files that run without this package."""

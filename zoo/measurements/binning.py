@@ -97,6 +97,11 @@ class Clock:
         self.gaps, self._start, self._last = int(segment[-1]), float(start[-1]), float(time[-1])
         return segment, np.floor((time - start + self._edge_s) / self._tick_s).astype(np.int64)
 
+    def told(self) -> str:
+        """The gaps met so far, in words."""
+        longest, begins = self.longest
+        return f"{self.gaps} gap(s) in time, the longest {longest:g} s from {begins:g} s"
+
 
 class Level:
     """Bins of one width, filled chunk by chunk; parts of the bin that is still open wait, so that no result depends on the chunks' size.

@@ -12,6 +12,7 @@ import pyarrow.parquet
 
 from zoo.errors import InputError
 from zoo.measurements.arrow import numbers
+from zoo.measurements.rows import Rows
 
 
 def column_names(path: Path) -> tuple[str, ...]:
@@ -24,31 +25,35 @@ def column_names(path: Path) -> tuple[str, ...]:
         return tuple(file.schema_arrow.names)
 
 
-def chunks(path: Path, columns: Sequence[str], chunk_bytes: int) -> Iterator[np.ndarray]:
-    """(M, C) float64 chunks of some columns; missing cells are NaN.
+def rows(path: Path, columns: Sequence[str], chunk_bytes: int, keep: bool = False, filled: int | None = None) -> Iterator[Rows]:
+    """Some columns as float64, with the rows in full where they are to be kept; the arguments are those of `csv_table.rows`.
 
     Raises:
         InputError: a column that holds no numbers, or a damaged file.
     """
+    del filled  # every cell is a number or missing
     with _opened(path) as file:
         _check_types(path, file.schema_arrow, columns)
-        rows = max(1, chunk_bytes // (8 * len(columns)))
+        wanted = list(file.schema_arrow.names if keep else columns)
+        size, done = max(1, chunk_bytes // (8 * len(wanted))), 0
         try:
-            for batch in file.iter_batches(batch_size=rows, columns=list(columns)):
+            for batch in file.iter_batches(batch_size=size, columns=wanted):
+                done += batch.num_rows
                 if batch.num_rows:
-                    yield np.column_stack([numbers(batch.column(column)) for column in columns])
+                    parsed = np.column_stack([numbers(batch.column(column)) for column in columns])
+                    yield Rows(parsed, (batch,) if keep else (), done / file.metadata.num_rows)
         except (pa.ArrowException, OSError) as error:
             raise InputError(f"{path}: cannot be read to its end ({str(error).splitlines()[0]})") from error
 
 
-def explain(path: Path, columns: Sequence[str], chunk: np.ndarray, rows: int, last: float) -> NoReturn:
+def explain(path: Path, columns: Sequence[str], chunk: np.ndarray, before: int, last: float) -> NoReturn:
     """Says which cell of a chunk is wrong, by its place in the file.
 
     Args:
         path: the file.
         columns: the names of the chunk's columns, the time first.
         chunk: (M, C) the rows that hold the fault.
-        rows: rows before the chunk.
+        before: rows before the chunk.
         last: the time before the chunk.
 
     Raises:
@@ -57,14 +62,14 @@ def explain(path: Path, columns: Sequence[str], chunk: np.ndarray, rows: int, la
     bad = ~np.isfinite(chunk)
     late = ~(np.diff(chunk[:, 0], prepend=last) > 0)
     row = int(np.argmax(bad.any(axis=1) | late))
-    where = f"{path}, row {rows + row + 2} (the header counted as row 1)"
+    where = f"{path}, row {before + row + 2} (the header counted as row 1)"
     if bad[row].any():
         place = int(np.argmax(bad[row]))
         found = "the cell is empty or NaN" if np.isnan(chunk[row, place]) else f"{chunk[row, place]}"
         raise InputError(f"{where}, column {columns[place]}: {found}; a finite number is needed")
-    before = chunk[row - 1, 0] if row else last
+    previous = chunk[row - 1, 0] if row else last
     now = float(chunk[row, 0])
-    raise InputError(f"{where}, column {columns[0]}: {now!r} follows {float(before)!r}; the time must increase from row to row")
+    raise InputError(f"{where}, column {columns[0]}: {now!r} follows {float(previous)!r}; the time must increase from row to row")
 
 
 def _opened(path: Path) -> pa.parquet.ParquetFile:

@@ -10,12 +10,11 @@ from pathlib import Path
 import numpy as np
 import torch
 
-from zoo import units
 from zoo.errors import InputError
 from zoo.measurements.files import find_files, run_names
 from zoo.measurements.recording import Average, Recording, auto_length
 from zoo.measurements.run import Run
-from zoo.measurements.schema import Layout, keep_shared, layout
+from zoo.measurements.schema import Layout, in_run_units, keep_shared, layout
 from zoo.measurements.table import chunks, column_names
 
 HEAD_ROWS = 100_000
@@ -50,7 +49,7 @@ def read_runs(
     Raises:
         InputError: anything the user can put right; names the file, row, column or key.
     """
-    _check_numbers(reference, average_s, gap_s)
+    check_numbers(reference, average_s, gap_s)
     paths = find_files(files)
     layouts = keep_shared([layout(path, column_names(path), columns, output_unit) for path in paths])
     recordings = [_record(one, reference, average_s, gap_s) for one in layouts]
@@ -58,7 +57,12 @@ def read_runs(
     return [_run(*each, length) for each in zip(run_names(paths), layouts, recordings, strict=True)]
 
 
-def _check_numbers(reference: float, average_s: Average, gap_s: float | None) -> None:
+def check_numbers(reference: float, average_s: Average, gap_s: float | None) -> None:
+    """Refuse what cannot be a true input, a length of blocks, or the length of a gap; the arguments are those of `read_runs`.
+
+    Raises:
+        InputError: one of them is none.
+    """
     for key, value, words in (("average_s", average_s, ("auto",)), ("gap_s", gap_s, ())):
         if value is not None and value not in words and not (_finite(value) and float(value) > 0):
             raise InputError(f"data.{key}={value}: possible are {', '.join(('a positive number of seconds', *words))} and null")
@@ -72,9 +76,9 @@ def _finite(value: object) -> bool:
 
 def _record(one: Layout, reference: float, average_s: Average, gap_s: float | None) -> Recording:
     """Streams one file."""
-    stream = (_in_run_units(chunk, one) for chunk in chunks(one.path, [source.column for source in one.sources]))
+    stream = (in_run_units(chunk, one.sources) for chunk in chunks(one.path, [source.column for source in one.sources]))
     head = list(_at_least(HEAD_ROWS, stream))
-    step = _median_step(one.path, head)
+    step = median_step(one.path, head)
     gap = GAP_STEPS * step if gap_s is None else gap_s
     if gap < step:
         raise InputError(f"{one.path}: data.gap_s={gap:g} is shorter than the time between rows, {step:g} s; every row would stand alone")
@@ -99,8 +103,16 @@ def _at_least(rows: int, stream: Iterable[np.ndarray]) -> Iterable[np.ndarray]:
             return
 
 
-def _median_step(path: Path, head: Sequence[np.ndarray]) -> float:
-    """Median time between the first rows [s]; a fixed number of them, so that it does not depend on the chunks' size."""
+def median_step(path: Path, head: Sequence[np.ndarray]) -> float:
+    """Median time between the first rows [s]; a fixed number of them, so that it does not depend on the chunks' size.
+
+    Args:
+        path: the file, for the message.
+        head: its first chunks, the time first.
+
+    Raises:
+        InputError: there is one row.
+    """
     time = np.concatenate([chunk[:, 0] for chunk in head])[:HEAD_ROWS]
     if len(time) < 2:
         raise InputError(f"{path}: has one row; a run needs at least two")
@@ -114,13 +126,6 @@ def _startup(output: np.ndarray, column: str) -> list[str]:
     if scatter == 0 or jump < 20 * scatter:
         return []
     return [f"{column} jumps after the first row by {jump / scatter:.0f} times its usual step, as after a start; the row is used"]
-
-
-def _in_run_units(chunk: np.ndarray, one: Layout) -> np.ndarray:
-    for place, source in enumerate(one.sources):
-        if source.given != source.wanted:
-            chunk[:, place] = units.convert(chunk[:, place], source.given, source.wanted)
-    return chunk
 
 
 def _with_error(chunk: np.ndarray, one: Layout, reference: float) -> np.ndarray:
@@ -155,8 +160,7 @@ def _notes(recording: Recording, average: float, length: float | None, thin: int
     """What averaging noticed, one sentence each."""
     notes = []
     if recording.clock.gaps:
-        longest, begins = recording.clock.longest
-        notes.append(f"{recording.clock.gaps} gap(s) in time, the longest {longest:g} s from {begins:g} s")
+        notes.append(recording.clock.told())
     if thin:
         notes.append(f"{thin} block(s) of {average:g} s with less than half of their rows are not judged")
     if length is not None and length < average:

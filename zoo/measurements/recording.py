@@ -139,6 +139,16 @@ class Recording:
         return fine, block, thin
 
 
+def block_means(recording: Recording, average_s: float | None) -> np.ndarray:
+    """(N, C) means over the blocks of a length that `auto_length` gave or the recording was made for, the time first; N may be 0."""
+    fine, block, _ = recording.grids(average_s)
+    kept = block >= 0
+    weight = fine.count[kept].astype(float)
+    total = np.bincount(block[kept], weight)
+    sums = [np.bincount(block[kept], weight * column) for column in fine.mean[kept].T]
+    return np.stack(sums, axis=1) / total[:, None]
+
+
 def auto_length(recordings: Sequence[Recording]) -> float | None:
     """The longest block of which all runs together still have enough; never shorter than the slowest run's step.
 

@@ -8,6 +8,8 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
+import numpy as np
+
 from zoo import units
 from zoo.errors import InputError, nearest
 
@@ -58,6 +60,14 @@ class Layout:
     def sources(self) -> tuple[Source, ...]:
         """Everything to be read, the time first and the output last."""
         return (*self.inputs, *([self.reference] if self.reference else []), self.output)
+
+
+def in_run_units(numbers: np.ndarray, sources: Sequence[Source]) -> np.ndarray:
+    """(M, C) numbers as in the file, one column a source -> in the run's units, in the same memory."""
+    for place, source in enumerate(sources):
+        if source.given != source.wanted:
+            numbers[:, place] = units.convert(numbers[:, place], source.given, source.wanted)
+    return numbers
 
 
 def layout(path: Path, present: Sequence[str], columns: Mapping[str, str | None] | None = None, output_unit: str | None = None) -> Layout:

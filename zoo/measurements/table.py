@@ -11,6 +11,7 @@ import numpy as np
 from zoo.errors import InputError
 from zoo.measurements import csv_table, parquet_table
 from zoo.measurements.files import suffix
+from zoo.measurements.rows import Rows
 
 CHUNK_BYTES = 4 << 20
 
@@ -40,19 +41,36 @@ def chunks(path: Path, columns: Sequence[str], chunk_bytes: int = CHUNK_BYTES) -
         columns: names from the header, the time first.
         chunk_bytes: about how much of the file to hold at a time.
 
-    Yields:
-        (M, C) float64, M rows in the file's order.
+    Returns:
+        (M, C) float64, M rows in the file's order, chunk by chunk.
 
     Raises:
         InputError: no rows; a cell that is no finite number; a time that does not increase. Names the row, the column and what was found.
     """
+    return (part.numbers for part in rows(path, columns, chunk_bytes))
+
+
+def rows(path: Path, columns: Sequence[str], chunk_bytes: int = CHUNK_BYTES, *, keep: bool = False, filled: int | None = None) -> Iterator[Rows]:
+    """The same with the rows as they stand in the file.
+
+    Args:
+        path: .csv, .csv.gz or .parquet.
+        columns: names from the header, the time first.
+        chunk_bytes: about how much of the file to hold at a time.
+        keep: whether the rows are asked for in full as well.
+        filled: how many of the columns, from the first, need a finite number in every row; None for all.
+
+    Raises:
+        InputError: as in `chunks`.
+    """
     kind = _kind(path)
-    last, rows = -np.inf, 0
-    for chunk in kind.chunks(path, columns, chunk_bytes):
-        time = chunk[:, 0]
-        if not np.isfinite(chunk).all() or not (np.diff(time, prepend=last) > 0).all():
-            kind.explain(path, columns, chunk, rows, last)
-        last, rows = float(time[-1]), rows + len(chunk)
-        yield chunk
-    if rows == 0:
+    last, done = -np.inf, 0
+    for part in kind.rows(path, columns, chunk_bytes, keep, filled):
+        needed = part.numbers[:, :filled]
+        time = needed[:, 0]
+        if not np.isfinite(needed).all() or not (np.diff(time, prepend=last) > 0).all():
+            kind.explain(path, columns[:filled], needed, done, last)
+        last, done = float(time[-1]), done + len(time)
+        yield part
+    if done == 0:
         raise InputError(f"{path}: has a header and no rows; there is nothing to read")

@@ -1,7 +1,5 @@
 """The back-propagation network of the compensation papers: one hidden layer of tanh nodes."""
 
-from typing import ClassVar
-
 from torch import Tensor, addmm, cat, float64, nn, ones_like, sigmoid
 
 from zoo.errors import InputError
@@ -15,12 +13,7 @@ class BP(FeatureModel):
     """Three layers: features, tanh nodes, one linear output; both ends standardised.
 
     Source: qiu2023, which takes 3 to 12 hidden nodes from N = sqrt(m + n) + a and chooses 9.
-
-    Attributes:
-        linear_weights: parameters that the output is linear in, given the others.
     """
-
-    linear_weights: ClassVar[tuple[str, ...]] = ("output.weight", "output.bias")
 
     def __init__(self, features: list[str], hidden: int = 9, smoothing_s: float = SMOOTHING_S) -> None:
         super().__init__()

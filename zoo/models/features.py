@@ -6,6 +6,7 @@ import torch
 from torch import Tensor, nn
 
 from zoo.errors import InputError
+from zoo.physics.carry import after_first, with_last
 from zoo.physics.differentiator import SMOOTHING_S
 from zoo.physics.lag import lagged
 from zoo.physics.recurrence import affine
@@ -100,11 +101,12 @@ def two_lag_rate(time: Tensor, temperature: Tensor, smoothing_s: float) -> Tenso
         (T,) [K/min].
     """
     tau = torch.full_like(temperature[0], smoothing_s)
-    step = torch.diff(time)
-    slope = torch.diff(temperature) / step
+    once = with_last(lagged(time, temperature, tau))
+    step, known = torch.diff(with_last(time)), with_last(temperature)
+    slope = torch.diff(known) / step
     ratio = step / tau
     decay = torch.exp(-ratio)
-    behind = lagged(time, temperature, tau)[:-1] - temperature[:-1] + slope * tau
+    behind = once[:-1] - known[:-1] + slope * tau
     gain = -torch.expm1(-ratio) * slope - decay * ratio / tau * behind
     start = torch.zeros_like(temperature[0])
-    return 60.0 * torch.cat([start.unsqueeze(-1), affine(decay, gain, start)], dim=-1)
+    return 60.0 * after_first(start, affine(decay, gain, start))

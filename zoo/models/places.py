@@ -8,6 +8,8 @@ import torch
 from torch import Tensor
 
 from zoo.effects.base import History, Parameter
+from zoo.errors import WorkError
+from zoo.physics.carry import at_start, left, resumed
 from zoo.physics.lag import lagged
 
 SECONDS_PER_MINUTE = 60.0
@@ -54,6 +56,20 @@ def first_rates(time: Tensor, thermometers: Tensor) -> Tensor:
     return torch.where(slopes.abs() * SECONDS_PER_MINUTE > STILL_K_PER_MIN, slopes, 0.0)
 
 
+def _kept(time: Tensor, rates: Tensor) -> Tensor:
+    """(M,) first rates of the whole record, in whichever chunk of it.
+
+    Raises:
+        WorkError: the first chunk was too short to know them.
+    """
+    seen = torch.full_like(rates[:1], len(time))
+    known = torch.cat([rates, seen])
+    before = resumed(known)
+    if before is not known and (bool(time[0] <= FIRST_S) or bool(before[-1] < 2)):
+        raise WorkError(f"a model for records that start in motion needs their first {FIRST_S:g} s in one chunk, and two samples")
+    return left(before.unsqueeze(-1), before)[:-1, 0]
+
+
 def coil_parameters(thermometers: list[str], in_motion: bool = False) -> tuple[Parameter, ...]:
     """What has to be fitted to know the coil's temperature.
 
@@ -90,7 +106,7 @@ def coil(time: Tensor, thermometers: Tensor, theta: Tensor, in_motion: bool = Fa
         temperature (..., T) [°C], rate (..., T) [K/min], gradient (..., T) [K].
     """
     main, lag = thermometers[:, 0], theta[..., 0]
-    before = first_rates(time, thermometers) * theta[..., -1:] if in_motion else torch.zeros_like(thermometers[0])
+    before = _kept(time, first_rates(time, thermometers)) * theta[..., -1:] if in_motion else torch.zeros_like(thermometers[0])
     if thermometers.shape[1] > 1:
         weights = theta[..., 1 : thermometers.shape[1]]
         drive = main + weights @ (thermometers[:, 1:] - main.unsqueeze(1)).mT
@@ -125,7 +141,7 @@ def histories(
         in_motion: as given to `coil_parameters`.
         housing: its history, where it is known already: it does not depend on the coil.
     """
-    clock = time - time[0]
+    clock = time - at_start(time)
     temperature, rate, gradient = coil(clock, thermometers, theta, in_motion)
     rest = {name: value for name, value in table.items() if name != "reference"}
     here = History(clock, temperature, rate, gradient, thermometers[:, 0], table["reference"], rest, run)

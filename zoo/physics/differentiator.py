@@ -5,6 +5,7 @@ from __future__ import annotations
 import torch
 from torch import Tensor
 
+from zoo.physics.carry import after_first, with_last
 from zoo.physics.lag import lagged
 from zoo.physics.recurrence import affine
 from zoo.units import convert
@@ -35,12 +36,11 @@ def temperature_rate(time: Tensor, temperature: Tensor, tau: float | Tensor = SM
     smoothing = torch.as_tensor(tau, dtype=temperature.dtype, device=temperature.device)
     once = lagged(time, temperature, smoothing)
     smoothing = smoothing.unsqueeze(-1)
-    step = torch.diff(time)
-    slope = torch.diff(temperature) / step
+    step, known, behind = torch.diff(with_last(time)), with_last(temperature), with_last(once)
+    slope = torch.diff(known) / step
     ratio = step / smoothing
     decay = torch.exp(-ratio)
-    behind = once[..., :-1] - temperature[..., :-1] + slope * smoothing
+    behind = behind[..., :-1] - known[..., :-1] + slope * smoothing
     gain = -torch.expm1(-ratio) * slope - decay * ratio / smoothing * behind
     start = torch.zeros_like(once[..., 0])
-    rate = torch.cat([start.unsqueeze(-1), affine(decay, gain, start)], dim=-1)
-    return rate * convert(1.0, "min", "s")
+    return after_first(start, affine(decay, gain, start)) * convert(1.0, "min", "s")

@@ -5,6 +5,7 @@ from __future__ import annotations
 import torch
 from torch import Tensor
 
+from zoo.physics.carry import after_first, is_carried, with_last
 from zoo.physics.recurrence import affine, geometric
 
 
@@ -22,16 +23,17 @@ def lagged(time: Tensor, drive: Tensor, tau: Tensor, start: Tensor | None = None
     Returns:
         (..., T) x in the drive's unit.
     """
-    steps = torch.diff(time)
-    even = steps.numel() > 0 and bool((steps - steps[0]).abs().max() <= 1e-9 * steps[0])  # but for rounding
+    steps, known = torch.diff(with_last(time)), with_last(drive)
+    # But for rounding. Not asked of a chunk, whose steps may decide nothing where it is traced.
+    even = not is_carried() and steps.numel() > 0 and bool((steps - steps[0]).abs().max() <= 1e-9 * steps[0])
     ratio = (steps[:1] if even else steps) / tau.unsqueeze(-1)
     decay = torch.exp(-ratio)
     mean = -torch.expm1(-ratio) / ratio
-    forced = (mean - decay) * drive[..., :-1] + (1 - mean) * drive[..., 1:]
+    forced = (mean - decay) * known[..., :-1] + (1 - mean) * known[..., 1:]
     first = drive[..., 0] if start is None else start
     first = first + torch.zeros_like(tau)
     rest = geometric(ratio.squeeze(-1), forced, first) if even else affine(decay, forced, first)
-    return torch.cat([first.unsqueeze(-1), rest], dim=-1)
+    return after_first(first, rest)
 
 
 def lagged_rate(time: Tensor, drive: Tensor, tau: Tensor) -> Tensor:

@@ -11,6 +11,8 @@ import math
 import torch
 from torch import Tensor
 
+from zoo.physics.carry import left, resumed
+
 
 def affine(gain: Tensor, offset: Tensor, start: Tensor) -> Tensor:
     """States of x[k] = gain[k]·x[k−1] + offset[k] with x[−1] = start.
@@ -23,13 +25,14 @@ def affine(gain: Tensor, offset: Tensor, start: Tensor) -> Tensor:
     Returns:
         (..., T).
     """
+    start = resumed(start)
     gain, offset = torch.broadcast_tensors(gain, offset)
     step, total = 1, offset.shape[-1]
     while step < total:
         offset = torch.cat([offset[..., :step], offset[..., step:] + gain[..., step:] * offset[..., :-step]], dim=-1)
         gain = torch.cat([gain[..., :step], gain[..., step:] * gain[..., :-step]], dim=-1)
         step *= 2
-    return offset + gain * start.unsqueeze(-1)
+    return left(offset + gain * start.unsqueeze(-1), start)
 
 
 def geometric(rate: Tensor, offset: Tensor, start: Tensor) -> Tensor:
@@ -45,14 +48,14 @@ def geometric(rate: Tensor, offset: Tensor, start: Tensor) -> Tensor:
     Returns:
         (..., T).
     """
-    steps = offset.shape[-1]
+    start, steps = resumed(start), offset.shape[-1]
     size = max(int(math.sqrt(steps)), 1)
     groups = torch.nn.functional.pad(offset, (0, -steps % size)).unflatten(-1, (-1, size))
     within = groups @ _powers(rate, size).mT
     entering = torch.cat([start.expand(within.shape[:-2]).unsqueeze(-1), within[..., :-1, -1]], dim=-1)
     entering = (_powers(rate * size, entering.shape[-1]) @ entering.unsqueeze(-1)).squeeze(-1)
     ahead = torch.exp(-rate.unsqueeze(-1) * torch.arange(1, size + 1, dtype=rate.dtype, device=rate.device))
-    return torch.addcmul(within, entering.unsqueeze(-1), ahead.unsqueeze(-2)).flatten(-2)[..., :steps]
+    return left(torch.addcmul(within, entering.unsqueeze(-1), ahead.unsqueeze(-2)).flatten(-2)[..., :steps], start)
 
 
 def _powers(rate: Tensor, size: int) -> Tensor:
@@ -73,6 +76,7 @@ def clamped(low: Tensor, high: Tensor, start: Tensor) -> Tensor:
     Returns:
         (..., T).
     """
+    start = resumed(start)
     low, high = torch.broadcast_tensors(low, high)
     step, total = 1, low.shape[-1]
     while step < total:
@@ -81,4 +85,4 @@ def clamped(low: Tensor, high: Tensor, start: Tensor) -> Tensor:
         low = torch.cat([low[..., :step], torch.minimum(torch.maximum(before_low, now_low), now_high)], dim=-1)
         high = torch.cat([high[..., :step], torch.minimum(torch.maximum(before_high, now_low), now_high)], dim=-1)
         step *= 2
-    return torch.minimum(torch.maximum(start.unsqueeze(-1), low), high)
+    return left(torch.minimum(torch.maximum(start.unsqueeze(-1), low), high), start)

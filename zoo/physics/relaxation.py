@@ -5,6 +5,7 @@ from __future__ import annotations
 import torch
 from torch import Tensor
 
+from zoo.physics.carry import after_first, left, resumed, with_last
 from zoo.physics.exponential import exponential_weights
 from zoo.physics.materials import REFERENCE_K, ZERO_C_IN_K
 from zoo.physics.recurrence import affine
@@ -53,7 +54,11 @@ def elapsed(time: Tensor, speed: Tensor) -> Tensor:
     Returns:
         (..., T), 0 at first.
     """
-    return torch.nn.functional.pad(torch.cumulative_trapezoid(speed, time, dim=-1), (1, 0))
+    clock, known = with_last(time), with_last(speed)
+    none = torch.zeros_like(speed[..., 0])
+    before = resumed(none)
+    total = left(before.unsqueeze(-1) + torch.cumulative_trapezoid(known, clock, dim=-1), before)
+    return after_first(none, total)
 
 
 def maxwell(time: Tensor, drive: Tensor, speed: Tensor) -> Tensor:
@@ -71,8 +76,10 @@ def maxwell(time: Tensor, drive: Tensor, speed: Tensor) -> Tensor:
     Returns:
         (..., T) s in the drive's unit.
     """
-    twice = speed[..., 1:] + speed[..., :-1]
-    decay, phi_1, phi_2 = exponential_weights(0.5 * torch.diff(time) * twice)
-    tilt = torch.diff(speed) / twice.clamp_min(1e-300)
-    added = (phi_1 + tilt * (phi_1 - 2.0 * phi_2)) * torch.diff(drive)
-    return torch.nn.functional.pad(affine(decay, added, torch.zeros_like(added[..., 0])), (1, 0))
+    clock, driven, fast = with_last(time), with_last(drive), with_last(speed)
+    twice = fast[..., 1:] + fast[..., :-1]
+    decay, phi_1, phi_2 = exponential_weights(0.5 * torch.diff(clock) * twice)
+    tilt = torch.diff(fast) / twice.clamp_min(1e-300)
+    added = (phi_1 + tilt * (phi_1 - 2.0 * phi_2)) * torch.diff(driven)
+    none = torch.zeros_like((drive + speed)[..., 0])
+    return after_first(none, affine(decay, added, none))

@@ -1,8 +1,8 @@
 """Weights of small networks by damped Gauss–Newton steps (Levenberg–Marquardt), which end where a gradient's are still on the way.
 
 One step of weights w with residual r = target − f(w) and Jacobian J = df/dw solves (JᵀJ + λ·diag(s))·δ = Jᵀr (Marquardt 1963), s being the diagonal
-of JᵀJ. Weights that f is linear in may go undamped: then δ of the others is that of variable projection as Kaufman (1975) simplified it, and the
-linear ones follow by least squares (Ruhe & Wedin 1980, algorithm 2). Any number of members takes its steps side by side, each with a λ of its own.
+of JᵀJ. Any number of members takes its steps side by side, each with a λ of its own. Weights that f is linear in are damped like the others: left
+undamped, which makes δ that of variable projection as Kaufman (1975) simplified it, they gained in the first five steps, and then crept.
 """
 
 from __future__ import annotations
@@ -59,20 +59,19 @@ def begin(weights: Tensor, losses: Tensor) -> Descent:
     return Descent(weights, losses, torch.full_like(losses, FIRST), ~losses.isfinite(), torch.zeros_like(losses, dtype=torch.int64))
 
 
-def step(state: Descent, normal: Normal, losses: Losses, damped: Tensor, settled: float = SETTLED) -> Descent:
+def step(state: Descent, normal: Normal, losses: Losses, settled: float = SETTLED) -> Descent:
     """One step of all that are not settled; none of them goes up.
 
     Args:
         state: the members.
         normal: gives the normal equations.
         losses: judges the trials, one for each of `RATIOS`.
-        damped: (D,) 1 for weights that are damped, 0 for those that the model is linear in.
         settled: share of its cost by which a step must lower it to be followed by another.
     """
     active = (~state.settled).nonzero().squeeze(-1)
     here, cost, damping = state.weights[active], state.losses[active], state.damping[active]
     dampings = damping.unsqueeze(-1) * torch.tensor(RATIOS, dtype=here.dtype, device=here.device)
-    trials = here.unsqueeze(1) + _steps(*normal(here), dampings, damped)
+    trials = here.unsqueeze(1) + _steps(*normal(here), dampings)
     found, best = losses(trials).nan_to_num(nan=torch.inf).min(dim=-1)
     gain, chosen = cost - found, best.unsqueeze(-1)
     better = gain > 0
@@ -88,11 +87,11 @@ def step(state: Descent, normal: Normal, losses: Losses, damped: Tensor, settled
     )
 
 
-def _steps(normal: Tensor, slope: Tensor, dampings: Tensor, damped: Tensor) -> Tensor:
+def _steps(normal: Tensor, slope: Tensor, dampings: Tensor) -> Tensor:
     """(E, P, D) one step a damping (E, P)."""
     scale = normal.diagonal(dim1=-2, dim2=-1)
     floor = RIDGE * scale.amax(-1, keepdim=True) + 1e-300
-    added = dampings.unsqueeze(-1) * (damped * scale.clamp_min(floor)).unsqueeze(1) + floor.unsqueeze(1)
+    added = dampings.unsqueeze(-1) * scale.clamp_min(floor).unsqueeze(1) + floor.unsqueeze(1)
     # A member without finite equations gets no step, and does not stop the others.
     steps = torch.linalg.solve_ex(normal.unsqueeze(1) + torch.diag_embed(added), slope.unsqueeze(1).expand_as(added).unsqueeze(-1))[0]
     return steps.squeeze(-1)
@@ -128,6 +127,6 @@ def descend(model: FeatureModel, features: Tensor, target: Tensor, weigh: Callab
     for _ in range(steps):
         if bool(state.settled.all()):
             break
-        state = step(state, normal, losses, torch.ones_like(here[0]))
+        state = step(state, normal, losses)
     set_weights(model, state.weights[0])
     return float(state.losses[0])

@@ -14,9 +14,9 @@ from zoo.measurements.run import Run
 from zoo.models.base import Model
 from zoo.models.ls_svm import VALUES_AT_ONCE, LsSvm, gaussians
 from zoo.models.prediction import block_features
+from zoo.progress import progress
 from zoo.training.kernel_search import MOST, WIDTHS, Kernel, search
 from zoo.training.nystrom import landmarks, nystrom_solve
-from zoo.training.progress import progress
 
 FOLDS = ("sample", "block", "run")
 BLOCK = 10

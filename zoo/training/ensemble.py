@@ -60,20 +60,16 @@ class Ensemble(nn.Module):
         self.latest = self.latest.index_copy(0, index, losses)
         return (self.weights * torch.zeros_like(self._before).index_copy(0, index, slopes)).sum(), self.latest
 
-    def stepped(self, reached: Tensor) -> bool:
+    def stepped(self, reached: Tensor) -> None:
         """Take back the step of those who were done before it, and stop those that have reached the goal.
 
         Args:
             reached: (E,) who has.
-
-        Returns:
-            Whether all are done.
         """
         with torch.no_grad():
             self.weights.copy_(torch.where(self.done.unsqueeze(-1), self._before, self.weights))
         self.steps += ~self.done
         self.done |= reached
-        return bool(self.done.all())
 
     def member(self, k: int) -> FeatureModel:
         """A model with the weights of member k."""

@@ -8,6 +8,8 @@ import torch
 from torch import Generator, Tensor
 
 SMALLEST = 1e-300
+VALUES_AT_ONCE = 4_000_000
+"""Memberships in a batch of starts: more of them only take memory."""
 
 
 class Clusters(NamedTuple):
@@ -101,9 +103,13 @@ def best_clusters(points: Tensor, clusters: int, starts: int, generator: Generat
         generator: source of chance.
         **settings: of `gustafson_kessel`.
     """
-    found = gustafson_kessel(points, random_partitions(starts, len(points), clusters, generator, points), **settings)  # type: ignore[arg-type]
-    best = int(found.objective[:, -1].argmin())
-    return Clusters(*(one[best] for one in found))
+    at_once, best = max(VALUES_AT_ONCE // (len(points) * clusters), 1), []
+    for first in range(0, starts, at_once):
+        partition = random_partitions(min(at_once, starts - first), len(points), clusters, generator, points)
+        found = gustafson_kessel(points, partition, **settings)  # type: ignore[arg-type]
+        lowest = int(found.objective[:, -1].argmin())
+        best.append(Clusters(*(one[lowest] for one in found)))
+    return min(best, key=lambda one: float(one.objective[-1]))
 
 
 def _moments(powers: Tensor, weight: Tensor, size: int) -> tuple[Tensor, Tensor]:

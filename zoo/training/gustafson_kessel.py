@@ -20,7 +20,7 @@ from zoo.models.takagi_sugeno import TakagiSugeno
 from zoo.training.fuzzy_clusters import best_clusters
 from zoo.training.init import Init, Log
 from zoo.training.problem import Problem
-from zoo.training.recursive_least_squares import Information, recursive_least_squares
+from zoo.training.recursive_least_squares import Information, begin, learn
 from zoo.training.weights import weight_vector
 
 OVERLAPS = tuple(2 ** (k / 2) for k in range(7))
@@ -33,6 +33,9 @@ BOUNDS = (
     ("overlap", 0.0, math.inf),
 )
 """Settings, and what they must lie between."""
+ENOUGH = 2000
+"""Points that clusters are searched among; of more, so many are drawn (engineering prior: a cluster's moments are sure to a few per cent by then)."""
+ROWS_AT_ONCE = 1024
 
 
 @dataclass(frozen=True)
@@ -96,6 +99,9 @@ def clustered_weights(model: Model, features: Tensor, error: Tensor, generator: 
     scaler = model.scaler
     target = (error - scaler.error_centre) / scaler.error_scale
     points = torch.cat([scaler(features), target.unsqueeze(-1)], dim=-1)
+    if len(points) > max(ENOUGH, rules):
+        order = torch.randperm(len(points), generator=generator, device=generator.device)
+        points = points[order[: max(ENOUGH, rules)].to(points.device)]
     found = best_clusters(
         points,
         rules,
@@ -114,9 +120,13 @@ def clustered_weights(model: Model, features: Tensor, error: Tensor, generator: 
 def _fit_planes(model: TakagiSugeno, features: Tensor, target: Tensor, centre: Tensor, width: Tensor, settings: Clustering) -> None:
     """Rules at (R, F) centres with (R, F) widths times the best overlap, and the planes that follow (M,) standardised errors."""
 
+    @torch.no_grad()
     def solved(overlap: float) -> Information:
         model.set_antecedents(centre, overlap * width)
-        return recursive_least_squares(model.columns(features).detach(), target, settings.alpha)
+        known = begin(model.consequent.numel(), settings.alpha, target)
+        for rows, targets in zip(features.split(ROWS_AT_ONCE), target.split(ROWS_AT_ONCE), strict=True):
+            known = learn(known, model.columns(rows), targets)
+        return known
 
     overlaps = OVERLAPS if settings.overlap is None else (settings.overlap,)
     best = min(overlaps, key=lambda overlap: solved(overlap).cost)

@@ -5,20 +5,15 @@ from __future__ import annotations
 from collections.abc import Iterable
 from typing import Any
 
-import torch
 from torch import Tensor
 
 from zoo.errors import InputError
-from zoo.models.base import FeatureModel
 from zoo.training.damped_steps import RATIOS, Descent, begin, step
 from zoo.training.problem import Problem
 
 
 class LevenbergMarquardt:
-    """Optimizer of maps of features: damped Gauss–Newton steps, see `zoo.training.damped_steps`.
-
-    Weights that a model declares linear in its class attribute `linear_weights` are projected out.
-    """
+    """Optimizer of maps of features: damped Gauss–Newton steps, see `zoo.training.damped_steps`."""
 
     starts_from_init = True
 
@@ -43,7 +38,7 @@ class LevenbergMarquardt:
 
     def step(self, problem: Problem, state: Descent) -> Descent:
         """One of each member that has not settled."""
-        return step(state, problem.normal_equations, problem.losses, damped_weights(problem.model), self.settled)
+        return step(state, problem.normal_equations, problem.losses, self.settled)
 
     def evaluations(self, state: Descent) -> list[int]:
         """Of the network by each member: a Jacobian and the trials in each step."""
@@ -60,10 +55,3 @@ class LevenbergMarquardt:
     def restored(self, problem: Problem, kept: dict[str, Any]) -> Descent:
         """The inverse of `kept`."""
         return Descent(**{name: value.to(problem.features.device) for name, value in kept.items()})
-
-
-def damped_weights(model: FeatureModel) -> Tensor:
-    """(D,) 0 for the weights that a model declares linear, 1 for the others."""
-    linear = getattr(model, "linear_weights", ())
-    pieces = [torch.full_like(one.detach().flatten(), 0.0 if name in linear else 1.0) for name, one in model.named_parameters()]
-    return torch.cat(pieces)

@@ -94,6 +94,13 @@ class Training(LightningModule):
         self.evaluations += 1
         return objective
 
+    def optimizer_step(self, *args: Any, **kwargs: Any) -> None:
+        """The optimizer's, after which those members of an ensemble that are done go back: before any callback sees or saves them."""
+        super().optimizer_step(*args, **kwargs)
+        if isinstance(self.model, Ensemble):
+            assert self.latest is not None
+            self.model.stepped(self.latest < (self.goal or 0.0))
+
     def on_train_batch_end(self, outputs: object, batch: Batch, batch_idx: int) -> None:
         """Log now and then; stop at the goal, or where the loss is no number any more."""
         assert self.latest is not None
@@ -104,7 +111,7 @@ class Training(LightningModule):
             if not bool(self.latest.isfinite().any()):
                 raise WorkError(f"training diverged: the loss is {float(self.latest.max())} after {step} steps; try a smaller optimizer.lr")
         if isinstance(self.model, Ensemble):
-            self.trainer.should_stop |= self.model.stepped(self.latest < (self.goal or 0.0))
+            self.trainer.should_stop |= bool(self.model.done.all())
         elif self.goal is not None and float(self.latest) < self.goal:
             self.trainer.should_stop = True
 

@@ -7,8 +7,8 @@ from collections.abc import Callable, Sequence
 
 from zoo.errors import WorkError
 from zoo.models.base import Model
+from zoo.progress import progress
 from zoo.training.members import Member
-from zoo.training.progress import progress
 
 
 def one_after_another(model: Model, seeds: Sequence[int], train: Callable[[Model, int], Member]) -> list[Member]:

@@ -1,23 +1,13 @@
-"""A progress bar that costs nothing per step and is silent where nobody watches."""
+"""The progress bar of a training, at no cost per step."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
-from contextlib import AbstractContextManager, contextmanager
+from collections.abc import Callable
+from contextlib import AbstractContextManager
 
 from lightning.pytorch import Callback, LightningModule, Trainer
-from rich.console import Console
-from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
 
-
-@contextmanager
-def progress(title: str, total: int) -> Iterator[Callable[..., None]]:
-    """A bar on the terminal's error stream; yields a function to call with the steps done, by default one."""
-    console = Console(stderr=True)
-    columns = (TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TimeRemainingColumn())
-    with Progress(*columns, console=console, transient=True, disable=not console.is_terminal) as bar:
-        task = bar.add_task(title, total=total)
-        yield lambda steps=1: bar.advance(task, steps)
+from zoo.progress import progress
 
 
 class TrainingProgress(Callback):

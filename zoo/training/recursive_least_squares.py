@@ -7,8 +7,6 @@ from typing import NamedTuple
 import torch
 from torch import Tensor
 
-ROWS_AT_ONCE = 1024
-
 
 class Information(NamedTuple):
     """What some rows say of θ (D,): P⁻¹ = RᵀR and R·θ = z.
@@ -56,11 +54,3 @@ def learn(known: Information, rows: Tensor, targets: Tensor) -> Information:
     """
     together = torch.cat([known.triangle, torch.cat([rows, targets.unsqueeze(-1)], dim=-1)])
     return Information(torch.linalg.qr(together, mode="r")[1])
-
-
-def recursive_least_squares(design: Tensor, target: Tensor, alpha: float) -> Information:
-    """All that (M, D) rows and (M,) targets say, from θ0 = 0 and P0 = αI on."""
-    known = begin(design.shape[1], alpha, design)
-    for rows, targets in zip(design.split(ROWS_AT_ONCE), target.split(ROWS_AT_ONCE), strict=True):
-        known = learn(known, rows, targets)
-    return known

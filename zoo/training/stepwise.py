@@ -13,12 +13,12 @@ from torch import Tensor
 from zoo.errors import InputError, WorkError
 from zoo.measurements.run import Run
 from zoo.models.base import FeatureModel
+from zoo.progress import progress
 from zoo.training.checkpoints import EVERY_S, save_fitted
 from zoo.training.init import Init, Log
 from zoo.training.members import Member
 from zoo.training.module import Training
 from zoo.training.problem import Problem
-from zoo.training.progress import progress
 from zoo.training.resume import STATE, stepwise_state
 from zoo.training.schedule import POINTS, Schedule
 from zoo.training.weights import set_weights

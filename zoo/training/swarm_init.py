@@ -7,10 +7,10 @@ from typing import Any
 from torch import Tensor
 
 from zoo.errors import WorkError
+from zoo.progress import progress
 from zoo.swarm.algorithm import SwarmAlgorithm
 from zoo.training.init import Init, Log
 from zoo.training.problem import Problem
-from zoo.training.progress import progress
 from zoo.training.swarm_search import SwarmSearch
 
 

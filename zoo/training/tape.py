@@ -52,6 +52,11 @@ class Tape(TorchDispatchMode):
 
     def __torch_dispatch__(self, func: Any, types: Any, args: Any = (), kwargs: Any = None) -> Any:
         result = func(*args, **(kwargs or {}))
+        if _same_view(result, args):
+            self.seen.append(result)
+            if id(args[0]) in self.slots:
+                self.slots[id(result)] = self.slots[id(args[0])]
+            return result
         self.seen.append((args, kwargs, result))
         given = [self._slotted(one) for one in args]
         named = {name: self._slotted(one) for name, one in (kwargs or {}).items()}
@@ -90,6 +95,14 @@ class Tape(TorchDispatchMode):
             mentioned = {slot.number for slot in _slots([*one.args, *one.kwargs.values()])} | set(one.results)
             one.spent.extend(mentioned - needed)
             needed |= mentioned
+
+
+def _same_view(result: Any, args: Any) -> bool:
+    """Whether an operation only gives its first argument another name, as expanding to the same size does."""
+    if not (isinstance(result, Tensor) and args and isinstance(args[0], Tensor)) or result is args[0]:
+        return False
+    one, other = result, args[0]
+    return one.data_ptr() == other.data_ptr() and (one.shape, one.stride(), one.dtype) == (other.shape, other.stride(), other.dtype)
 
 
 def _slots(values: list[Any]) -> list[_Slot]:

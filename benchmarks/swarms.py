@@ -1,0 +1,209 @@
+"""Swarms over the weights of a 2-9-1 network beside pygmo, EvoX, pyswarms and mealpy: python benchmarks/swarms.py [seeds]
+
+Equal evaluations, one thread for everybody, CPU seconds. The peers get the cost that suits them best: NumPy in pieces that fit the cache, for a whole
+population wherever they can take one (EvoX: the same in torch). At 36 000 samples the particle swarms stop after 10 steps, since a step takes as long
+as any other.
+mealpy asks for an old NumPy and works with the new one: pip install --no-deps mealpy opfunu.
+"""
+
+import os
+
+os.environ["OMP_NUM_THREADS"] = os.environ["OPENBLAS_NUM_THREADS"] = os.environ["MKL_NUM_THREADS"] = "1"
+
+import logging
+import statistics
+import sys
+import time
+from functools import partial
+
+import numpy as np
+import torch
+
+from zoo.models.bp import BP
+from zoo.swarm import aco, pheromone, pso
+from zoo.training.population import Population
+
+HIDDEN, REACH, VALUES_AT_ONCE = 9, 3.0, 16_384
+D = 4 * HIDDEN + 1
+
+
+class Task:
+    """Temperature and its rate of a chamber run, and a gyro's drift over them; the cost is the mean squared error in units of its variance."""
+
+    def __init__(self, samples: int) -> None:
+        time_s = torch.linspace(0, 36_000, samples, dtype=torch.float64)
+        temperature = 10 + 45 * torch.sin(time_s / 4000) + 5 * torch.sin(time_s / 700)
+        rate = torch.gradient(temperature, spacing=(time_s,))[0] * 60
+        noise = 0.05 * torch.randn(samples, generator=torch.Generator().manual_seed(0), dtype=torch.float64)
+        drift = 0.3 * (temperature / 40) ** 3 + rate * (1 + temperature / 60) + 0.3 * torch.sin(temperature / 12) + noise
+        self.model, self.features = BP(["temperature", "temperature_rate"], HIDDEN), torch.stack([temperature, rate], dim=-1)
+        self.error = (drift - drift.mean()) / drift.std(correction=0)
+        self.model.standardise(self.features, self.error)
+        standard = ((self.features - self.features.mean(0)) / self.features.std(0, correction=0)).T.contiguous()
+        self.x, self.y, self.standard = standard.numpy(), self.error.numpy(), standard
+
+    def numpy_costs(self, weights: np.ndarray) -> np.ndarray:
+        """(P, D) -> (P,)."""
+        few = max(VALUES_AT_ONCE // len(self.y), 1)
+        return np.concatenate([self._numpy_costs(weights[i : i + few]) for i in range(0, len(weights), few)])
+
+    def _numpy_costs(self, w: np.ndarray) -> np.ndarray:
+        p, h, m = len(w), HIDDEN, len(self.y)
+        nodes = (w[:, : 2 * h].reshape(-1, 2) @ self.x).reshape(p, h, m)
+        nodes += w[:, 2 * h : 3 * h, None]
+        np.tanh(nodes, out=nodes)
+        left = (w[:, None, 3 * h : 4 * h] @ nodes)[:, 0]
+        left += w[:, 4 * h :]
+        left -= self.y
+        return np.einsum("pm,pm->p", left, left) / m
+
+    def torch_costs(self, weights: torch.Tensor) -> torch.Tensor:
+        """(P, D) -> (P,)."""
+        return torch.cat([self._torch_costs(w) for w in weights.split(max(VALUES_AT_ONCE // len(self.y), 1))])
+
+    def _torch_costs(self, w: torch.Tensor) -> torch.Tensor:
+        p, h = len(w), HIDDEN
+        nodes = torch.addmm(w[:, 2 * h : 3 * h].reshape(-1, 1), w[:, : 2 * h].reshape(-1, 2), self.standard).tanh_().view(p, h, -1)
+        return torch.baddbmm(w[:, 4 * h :, None], w[:, None, 3 * h : 4 * h], nodes)[:, 0].sub_(self.error).square_().mean(-1)
+
+
+def ours(algorithm, task, particles, steps, seed):
+    chance, population = torch.Generator().manual_seed(seed), Population(task.model, task.features)
+    edge = torch.full((D,), REACH, dtype=torch.float64)
+    state = algorithm.init(-edge, edge, particles, chance, steps=steps)
+    for _ in range(steps):
+        state = algorithm.tell(state, population.costs(algorithm.ask(state), lambda out: (out - task.error).square_().mean(-1)), chance)
+    return float(state.leader_cost)
+
+
+def of_pygmo(name, batch):
+    import pygmo
+
+    def run(task, particles, steps, seed):
+        class Problem:
+            def fitness(self, w):
+                return task.numpy_costs(w[None])
+
+            def batch_fitness(self, w):
+                return task.numpy_costs(w.reshape(-1, D))
+
+            def get_bounds(self):
+                return [-REACH] * D, [REACH] * D
+
+        extra = {"ker": particles} if name == "gaco" else {}
+        chosen = getattr(pygmo, name)(gen=steps - 1, seed=seed, **extra)
+        if batch:
+            chosen.set_bfe(pygmo.bfe())
+        return float(pygmo.algorithm(chosen).evolve(pygmo.population(Problem(), particles, seed=seed)).champion_f[0])
+
+    return run
+
+
+def of_evox():
+    from evox.algorithms import PSO
+    from evox.core import Problem
+    from evox.workflows import EvalMonitor, StdWorkflow
+
+    def run(task, particles, steps, seed):
+        class Cost(Problem):
+            def evaluate(self, pop):
+                return task.torch_costs(pop)
+
+        torch.manual_seed(seed)
+        torch.set_default_dtype(torch.float64)
+        edge, monitor = torch.full((D,), REACH), EvalMonitor()
+        workflow = StdWorkflow(PSO(particles, -edge, edge), Cost(), monitor)
+        workflow.init_step()
+        for _ in range(steps - 1):
+            workflow.step()
+        torch.set_default_dtype(torch.float32)
+        return float(monitor.get_best_fitness())
+
+    return run
+
+
+def of_pyswarms():
+    import pyswarms
+
+    logging.disable(logging.INFO)
+
+    def run(task, particles, steps, seed):
+        np.random.seed(seed)  # noqa: NPY002  it has no other source of chance
+        bounds, options = (np.full(D, -REACH), np.full(D, REACH)), {"c1": 1.49445, "c2": 1.49445, "w": 0.729}
+        return pyswarms.single.GlobalBestPSO(particles, D, options, bounds=bounds).optimize(task.numpy_costs, steps, verbose=False)[0]
+
+    return run
+
+
+def of_mealpy(kind):
+    import mealpy
+
+    def run(task, particles, steps, seed):
+        problem = {"bounds": mealpy.FloatVar([-REACH] * D, [REACH] * D), "minmax": "min", "log_to": None}
+        problem["obj_func"] = lambda w: float(task.numpy_costs(w[None])[0])
+        if kind == "PSO":
+            chosen = mealpy.PSO.OriginalPSO(epoch=steps - 1, pop_size=particles)
+        else:
+            chosen = mealpy.ACOR.OriginalACOR(epoch=steps - 50 // particles, pop_size=50, sample_count=particles)
+        return chosen.solve(problem, seed=seed).target.fitness
+
+    return run
+
+
+SWARMS = {
+    "pygmo pso": lambda: of_pygmo("pso", False),
+    "pygmo pso_gen, batch": lambda: of_pygmo("pso_gen", True),
+    "EvoX PSO": of_evox,
+    "pyswarms": of_pyswarms,
+    "mealpy PSO": lambda: of_mealpy("PSO"),
+}
+COLONIES = {
+    "pygmo gaco": lambda: of_pygmo("gaco", False),
+    "pygmo gaco, batch": lambda: of_pygmo("gaco", True),
+    "mealpy ACOR": lambda: of_mealpy("ACOR"),
+}
+
+
+def made(peers):
+    """Those that are installed; the others are named."""
+    found = {}
+    for name, make in peers.items():
+        try:
+            found[name] = make()
+        except ImportError as missing:
+            print(f"  {name}: not installed ({missing})")
+    return found
+
+
+def table(title, own, peers, task, particles, steps, seeds):
+    """Medians of the best value and of the CPU seconds. All take their turn seed by seed, so that whatever else runs slows everybody."""
+    print(f"\n{title}")
+    runs = {name: partial(ours, algorithm) for name, algorithm in own.items()} | made(peers)
+    best, seconds = {name: [] for name in runs}, {name: [] for name in runs}
+    for run in runs.values():
+        run(task, particles, 10 if particles < 50 else 3, 999)  # not counted
+    for seed in range(1, seeds + 1):
+        for name, run in runs.items():
+            started = time.process_time()
+            best[name].append(run(task, particles, steps, seed))
+            seconds[name].append(time.process_time() - started)
+    reference = statistics.median(seconds[next(iter(runs))])
+    print(f"  {'':24s}{'best':>10s}{'seconds':>10s}{'of ours':>10s}")
+    for name in runs:
+        taken = statistics.median(seconds[name])
+        print(f"  {name:24s}{statistics.median(best[name]):10.5f}{taken:10.3f}{taken / reference:10.2f}", flush=True)
+
+
+def main() -> None:
+    torch.set_num_threads(1)
+    seeds = int(sys.argv[1]) if len(sys.argv) > 1 else 5
+    colonies = {"fogzoo ACO_R": aco, "fogzoo pheromone": pheromone}
+    small, large = Task(350), Task(36_000)
+    table("350 samples, 400 particles, 300 steps", {"fogzoo PSO": pso}, SWARMS, small, 400, 300, seeds)
+    table("350 samples, 10 ants, 300 steps", colonies, COLONIES, small, 10, 300, seeds)
+    table("36 000 samples, 400 particles, 10 steps", {"fogzoo PSO": pso}, SWARMS, large, 400, 10, min(seeds, 3))
+    table("36 000 samples, 10 ants, 300 steps", colonies, COLONIES, large, 10, 300, min(seeds, 3))
+
+
+if __name__ == "__main__":
+    main()

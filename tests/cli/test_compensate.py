@@ -1,0 +1,190 @@
+"""`compensate` as a user types it: files, columns, units, messages."""
+
+from __future__ import annotations
+
+import json
+import sys
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pandas as pd
+import pytest
+import torch
+
+from zoo.catalog import load_model
+from zoo.cli.application import run
+from zoo.units import convert
+
+STEP_S = 20.0
+
+
+@pytest.fixture(autouse=True)
+def _elsewhere(tmp_path, monkeypatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setenv("HYDRA_FULL_ERROR", "0")
+    monkeypatch.setattr(sys, "argv", [])
+
+
+def recording(high: float = 60.0, seed: int = 1) -> pd.DataFrame:
+    """Four hours of a gyro with a bias that follows the temperature and its rate [°/h]."""
+    time = np.arange(STEP_S / 2, 4 * 3600, STEP_S)
+    temperature = 20 + (high - 20) * (np.clip(time / 3600 - 1, 0, 1) - np.clip(time / 3600 - 3, 0, 1))
+    error = 0.2 * np.tanh((temperature - 35) / 8) - 0.1 * np.gradient(temperature, time / 60)
+    noise = 0.01 * np.random.default_rng(seed).normal(size=len(time))
+    return pd.DataFrame({"time_s": time, "temperature_c": temperature.round(4), "rate_dph": (error + noise).round(6)})
+
+
+@pytest.fixture(scope="module")
+def trained(tmp_path_factory) -> dict[str, Path]:
+    """Output folders of a polynomial and of a grey box with hysteresis."""
+    folder = tmp_path_factory.mktemp("trained")
+    recording().to_csv(folder / "a.csv", index=False)
+    files = [f"data.files=[{folder / 'a.csv'}]", "data.average_s=100"]
+    models = {"polynomial": ["model=polynomial", "model.order=3"], "graybox": ["model=graybox", "effects=[static_bias,mohr,hysteresis]"]}
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(sys, "argv", [])
+        patch.setenv("HYDRA_FULL_ERROR", "0")
+        for name, settings in models.items():
+            assert run("train", [*settings, *files, f"hydra.run.dir={folder / name}"]) == 0
+    return {name: folder / name for name in models}
+
+
+def compensate(model: Path, *arguments: str) -> int:
+    return run("compensate", [f"run={model}", "hydra.run.dir=out", *arguments])
+
+
+def facts() -> list[dict[str, Any]]:
+    files: list[dict[str, Any]] = json.loads(Path("out/compensation.json").read_text())["files"]
+    return files
+
+
+@pytest.mark.parametrize("name", ["polynomial", "graybox"])
+def test_a_file_comes_back_with_two_columns_more(trained, name, capsys) -> None:
+    frame = recording(50.0, seed=2)
+    frame.to_csv("flight.csv", index=False)
+    assert compensate(trained[name], "data.files=[flight.csv]") == 0
+    assert capsys.readouterr().out.splitlines()[-1].endswith("out/flight.csv")
+    found = pd.read_csv("out/flight.csv")
+    assert list(found) == [*frame, "predicted_error_dph", "rate_dph_compensated"]
+    assert np.array_equal(found[list(frame)], frame)
+    model = load_model(trained[name])
+    columns = {"reference_dph": np.zeros(len(frame))} | {one: frame[one].to_numpy() for one in frame}
+    with torch.no_grad():
+        whole = model(torch.from_numpy(np.stack([columns[one] for one in model.inputs], axis=1))).numpy()
+    np.testing.assert_allclose(found["predicted_error_dph"], whole, rtol=0, atol=1e-9 * np.abs(whole).max())
+    assert np.array_equal(found["rate_dph_compensated"], found["rate_dph"] - found["predicted_error_dph"])
+    assert found["rate_dph_compensated"].std() < 0.5 * frame["rate_dph"].std()
+    assert Path("out/flight.png").stat().st_size > 10_000
+    (one,) = facts()
+    assert (one["rows"], one["rows_without_prediction"], one["rows_outside"], one["average_s"]) == (len(frame), 0, {}, 100)
+    assert one["after"]["std"] < 0.5 * one["before"]["std"]
+
+
+def test_another_unit_other_names_and_other_kinds_of_file(trained) -> None:
+    """The same gyro in rad/s, in milliseconds and kelvins, as Parquet; what is predicted is in the file's unit."""
+    frame = recording(50.0, seed=2)
+    frame.to_csv("plain.csv.gz", index=False)
+    other = pd.DataFrame(
+        {"t_ms": 1000 * frame["time_s"], "imu_k": frame["temperature_c"] + 273.15, "gz": convert(frame["rate_dph"], "dph", "rad_per_s")}
+    )
+    other.to_parquet("other.parquet")
+    names = ["data.columns.time=t_ms", "data.columns.temperature=imu_k", "data.columns.output=gz", "data.output_unit=rad/s"]
+    assert compensate(trained["graybox"], "data.files=[other.parquet]", *names) == 0
+    found = pd.read_parquet("out/other.parquet")
+    assert compensate(trained["graybox"], "data.files=[plain.csv.gz]") == 0
+    plain = pd.read_csv("out/plain.csv.gz")
+    assert list(found)[3:] == ["predicted_error_rad_per_s", "gz_compensated"]
+    expected = convert(plain["predicted_error_dph"].to_numpy(), "dph", "rad_per_s")
+    np.testing.assert_allclose(found["predicted_error_rad_per_s"], expected, rtol=0, atol=1e-9 * np.abs(expected).max())
+
+
+def test_two_files_of_one_name_and_the_folder_as_result(trained, capsys) -> None:
+    for day in ("monday", "tuesday"):
+        Path(day).mkdir()
+        recording().to_csv(f"{day}/run.csv", index=False)
+    assert compensate(trained["polynomial"], "data.files=[monday/run.csv,tuesday/run.csv]") == 0
+    assert capsys.readouterr().out.splitlines()[-1].endswith("/out")
+    assert {"monday_run.csv", "tuesday_run.csv"} < {path.name for path in Path("out").iterdir()}
+
+
+def test_rows_without_a_temperature_are_left_empty_and_forgotten(trained, capsys) -> None:
+    frame = recording()
+    without = frame.drop(index=range(100, 110))
+    frame.loc[100:109, "temperature_c"] = np.nan
+    frame.to_csv("holes.csv", index=False)
+    without.to_csv("without.csv", index=False)
+    assert compensate(trained["graybox"], "data.files=[holes.csv,without.csv]") == 0
+    assert "10 of 720 rows lack a number" in capsys.readouterr().out
+    holes, rest = pd.read_csv("out/holes.csv"), pd.read_csv("out/without.csv")
+    added = ["predicted_error_dph", "rate_dph_compensated"]
+    assert holes.loc[100:109, added].isna().all(axis=None)
+    pd.testing.assert_frame_equal(holes[added].dropna().reset_index(drop=True), rest[added], rtol=1e-9)
+
+
+def test_what_was_never_fitted_is_told(trained, capsys) -> None:
+    recording(80.0).to_csv("hot.csv", index=False)
+    assert compensate(trained["polynomial"], "data.files=[hot.csv]") == 0
+    assert "temperature_c is outside of what was fitted (20 … 60)" in capsys.readouterr().out.replace("\n", " ")
+    assert facts()[0]["rows_outside"]["temperature_c"]["to"] == 80.0
+
+
+def test_bias_and_rms_are_told_where_the_true_input_is_known(trained, capsys) -> None:
+    frame = recording()
+    frame["rate_dph"] += 5
+    frame.to_csv("a.csv", index=False)
+    assert compensate(trained["polynomial"], "data.files=[a.csv]") == 0
+    assert "data.reference" in capsys.readouterr().out
+    assert compensate(trained["polynomial"], "data.files=[a.csv]", "data.reference=5") == 0
+    assert "data.reference" not in capsys.readouterr().out
+    assert facts()[0]["before"]["rms"] > 0.1
+    assert facts()[0]["before"]["mean"] == pytest.approx(recording()["rate_dph"].mean(), abs=0.01)
+
+
+@pytest.mark.parametrize(
+    ("change", "arguments", "found"),
+    [
+        ({"predicted_error_dph": 0.0}, [], "compensated already, it has the column predicted_error_dph"),
+        ({"rate_dph_compensated": 0.0}, [], "compensated already"),
+        ({"temperature_c": np.nan}, [], "no row has a number"),
+        ({"rate_dph": "x"}, [], "column rate_dph: 'x' is not a finite number"),
+        ({}, ["data.columns.output=rate_dph", "data.output_unit=dps"], "is in °/h by its name"),
+        ({}, ["hydra.run.dir=."], "would be overwritten"),
+        ({}, ["data.average_s=-1"], "data.average_s=-1"),
+        ({}, ["run=nowhere"], "run: nowhere: no model.yaml"),
+    ],
+)
+def test_what_cannot_be_compensated_is_told_and_nothing_is_written(trained, capsys, change, arguments, found) -> None:
+    recording().assign(**change).to_csv("a.csv", index=False)
+    assert run("compensate", [f"run={trained['polynomial']}", "data.files=[a.csv]", "hydra.run.dir=out", *arguments]) == 2
+    told = capsys.readouterr().err
+    assert found in told
+    assert 1 <= len(told.strip().splitlines()) <= 2
+    assert not list(Path().glob("out/*.csv"))
+
+
+def test_a_model_of_another_quantity_is_refused(trained, capsys) -> None:
+    recording().rename(columns={"rate_dph": "accel_ug"}).to_csv("a.csv", index=False)
+    assert compensate(trained["polynomial"], "data.files=[a.csv]") == 2
+    assert "trained on errors in °/h" in capsys.readouterr().err
+
+
+def test_a_users_effect_with_a_memory_of_its_own_is_refused(tmp_path, monkeypatch, capsys) -> None:
+    (tmp_path / "conf" / "effects").mkdir(parents=True)
+    (tmp_path / "conf" / "effects" / "hottest.yaml").write_text("hottest:\n  _target_: hottest_of_mine.Hottest\n")
+    (tmp_path / "hottest_of_mine.py").write_text(
+        "from zoo.effects.base import Effect, Parameter\n\n"
+        "class Hottest(Effect):\n"
+        "    name = 'hottest'\n"
+        "    amplitudes = (Parameter('a', 0.0, 'unit', -1.0, 1.0),)\n"
+        "    def columns(self, history, shape):\n"
+        "        return history.temperature.cummax(-1).values.unsqueeze(-1) + 0 * shape.sum(-1, keepdim=True).unsqueeze(-1)\n"
+    )
+    monkeypatch.syspath_prepend(tmp_path)
+    recording().to_csv("a.csv", index=False)
+    effects = ["model=graybox", "effects=[mohr,hottest]", f"hydra.searchpath=[file://{tmp_path}/conf]"]
+    assert run("train", [*effects, "data.files=[a.csv]", "hydra.run.dir=model"]) == 0
+    assert compensate(Path("model"), "data.files=[a.csv]") == 1
+    told = capsys.readouterr().err
+    assert "effect 'hottest' (hottest_of_mine.Hottest) has a memory of its own" in told
+    assert not Path("out/a.csv").exists()

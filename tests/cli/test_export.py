@@ -1,0 +1,97 @@
+"""`export` as a user types it: files, exit codes, messages."""
+
+from __future__ import annotations
+
+import json
+import os
+import sys
+from pathlib import Path
+from unittest import mock
+
+import pytest
+import torch
+
+from zoo.catalog import load_model
+from zoo.cli import application
+
+STEP_S = 20
+
+
+def run(verb: str, arguments: list[str]) -> int:
+    """The application in this process, which it leaves as it was: it sets both for its own process's life."""
+    with mock.patch.object(sys, "argv", []), mock.patch.dict(os.environ, {"HYDRA_FULL_ERROR": "0"}):
+        return application.run(verb, arguments)
+
+
+@pytest.fixture(scope="module")
+def trained(tmp_path_factory) -> Path:
+    """The output folder of a training."""
+    folder = tmp_path_factory.mktemp("trained")
+    time = torch.arange(STEP_S / 2, 4 * 3600, STEP_S, dtype=torch.float64)
+    temperature = 20 + 30 * torch.sin(time / 3000)
+    rate = torch.gradient(temperature, spacing=(time / 60,))[0]
+    rows = [
+        f"{t:.1f},{u:.4f},{e:.6f}" for t, u, e in zip(time.tolist(), temperature.tolist(), (0.01 * temperature - 0.1 * rate).tolist(), strict=True)
+    ]
+    (folder / "chamber.csv").write_text("\n".join(["time_s,temperature_c,rate_dph", *rows]) + "\n")
+    settings = ["model=polynomial", f"data.files=[{folder / 'chamber.csv'}]", "data.average_s=100", f"hydra.run.dir={folder / 'out'}"]
+    assert run("train", settings) == 0
+    return folder / "out"
+
+
+@pytest.mark.slow
+def test_a_training_becomes_files_that_say_where_they_come_from(trained, tmp_path, capsys) -> None:
+    assert run("export", [f"run={trained}", f"hydra.run.dir={tmp_path / 'out'}"]) == 0
+    printed = capsys.readouterr().out
+    assert printed.splitlines()[-1] == str(tmp_path / "out" / "model.ts")
+    assert {"model.ts", "model.pt2", "step.pt2", "metadata.json"} <= {path.name for path in (tmp_path / "out").iterdir()}
+    text = (tmp_path / "out" / "metadata.json").read_text()
+    metadata = json.loads(text)
+    assert str(trained.parent) not in text, "nothing of this machine"
+    assert (metadata["model"], metadata["unit"], metadata["inputs"]) == ("polynomial", "dph", ["time_s", "temperature_c"])
+    assert metadata["settings"]["_target_"] == "zoo.models.polynomial.Polynomial"
+    assert metadata["trained_on"]["runs"] == ["chamber"]
+    assert metadata["trained_on"]["sample_interval_s"] == pytest.approx([STEP_S, STEP_S])
+    low, high = metadata["trained_range"]["temperature_c"]
+    assert (-11 < low < -9, 49 < high < 51) == (True, True)
+    assert set(metadata["parity"]["runs"]) == {"chamber", "a made-up run"}
+    x = torch.tensor([[0.0, 20.0], [7.0, 21.0], [9.0, 30.0]], dtype=torch.float64)
+    with torch.no_grad():
+        torch.testing.assert_close(torch.jit.load(tmp_path / "out" / "model.ts")(x), load_model(trained)(x), rtol=1e-12, atol=1e-12)
+
+
+@pytest.mark.slow
+def test_recordings_that_are_gone_are_done_without(trained, tmp_path) -> None:
+    for name in ("model.yaml", "weights.pt", "ranges.json", "metrics.json"):
+        (tmp_path / name).write_bytes((trained / name).read_bytes())
+    assert run("export", [f"run={tmp_path}", "refuse_outside=true", "program=false", f"hydra.run.dir={tmp_path / 'out'}"]) == 0
+    metadata = json.loads((tmp_path / "out" / "metadata.json").read_text())
+    assert list(metadata["parity"]["runs"]) == ["a made-up run"]
+    assert list(metadata["files"]) == ["model.ts"]
+    assert not (tmp_path / "out" / "model.pt2").exists()
+    assert metadata["trained_on"]["sample_interval_s"] is None
+    script = torch.jit.load(tmp_path / "out" / "model.ts")
+    assert script(torch.tensor([[0.0, 20.0], [1.0, 80.0]], dtype=torch.float64)).isnan().tolist() == [False, True]
+
+
+@pytest.mark.parametrize(
+    ("arguments", "told"),
+    [
+        ([], "run is not set"),
+        (["run=nowhere"], "no model.yaml in or below it"),
+        (["run={trained}", "refuse_outside=maybe"], "refuse_outside=maybe: possible: true, false"),
+        (["run={trained}", "torch_device=tpu"], "possible: cpu, cuda"),
+    ],
+)
+def test_wrong_settings_are_told_and_leave_nothing(trained, tmp_path, arguments, told, capsys) -> None:
+    filled = [one.format(trained=trained) for one in arguments]
+    assert run("export", [*filled, f"hydra.run.dir={tmp_path / 'out'}"]) == 2
+    assert told in capsys.readouterr().err
+    assert not (tmp_path / "out").exists()
+
+
+def test_a_model_without_its_results_has_no_unit(trained, tmp_path, capsys) -> None:
+    for name in ("model.yaml", "weights.pt"):
+        (tmp_path / name).write_bytes((trained / name).read_bytes())
+    assert run("export", [f"run={tmp_path}", f"hydra.run.dir={tmp_path / 'out'}"]) == 2
+    assert "which says the unit" in capsys.readouterr().err

@@ -1,0 +1,80 @@
+"""``model.pt2`` and ``step.pt2``: one graph for every length, and one sample with the state handed in and out."""
+
+from __future__ import annotations
+
+import pytest
+import torch
+from torch import nn
+
+from zoo.catalog import names
+from zoo.errors import WorkError
+from zoo.export.carried import CHUNK
+from zoo.export.program import load_program, to_programs
+from zoo.models.base import Model
+from zoo.models.example import example
+from zoo.models.hybrid import Hybrid
+
+RICH = ["temperature", "temperature_rate", "temperature_outer_lag90", "supply_v", "time_s"]
+
+
+def both(network, physics):
+    model = Hybrid(network, dict(physics.named_effects()), physics.inputs)
+    model.physics = physics
+    return model
+
+
+@pytest.fixture(scope="module", params=["network", "no memory", "network and all effects"])
+def programs(request, network, graybox):
+    made = {
+        "network": lambda: network("bp", features=RICH),
+        "no memory": lambda: network("polynomial", features=["temperature"]),
+        "network and all effects": lambda: both(network("bp"), graybox(names("effects"), ("temperature_c", "temperature_outer_c"))),
+    }
+    model = made[request.param]()
+    return model, *to_programs(model, example(model.inputs, {}))
+
+
+@pytest.mark.slow
+@torch.no_grad()
+def test_one_graph_for_runs_of_every_length(programs, record) -> None:
+    model, whole, _ = programs
+    program = load_program(whole).module()
+    for samples in (1, 2, 3, 64, CHUNK, CHUNK + 1, CHUNK + 2, 1500):
+        x = record(model.inputs, samples)
+        torch.testing.assert_close(program(x), model(x), rtol=0, atol=1e-11 * float(model(x).abs().max()))
+
+
+class Chooses(Model):
+    """A model that decides by what it is given, which no graph can."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.inputs = ["time_s", "temperature_c"]
+        self.gain = nn.Parameter(torch.ones((), dtype=torch.float64))
+
+    def forward(self, x: torch.Tensor) -> torch.Tensor:
+        return self.gain * x[:, 1] if bool(x[0, 1] > -300) else x[:, 0]
+
+
+def test_what_torch_export_does_not_take_is_told_in_a_line_or_two() -> None:
+    with pytest.raises(WorkError, match=r"torch\.export does not take it") as told:
+        to_programs(Chooses(), example(["time_s", "temperature_c"], {}))
+    assert len(str(told.value).splitlines()) == 2
+    assert "program=false" in str(told.value)
+
+
+@pytest.mark.slow
+@torch.no_grad()
+def test_states_are_handed_on_and_two_records_do_not_meet(programs, record) -> None:
+    model, _, step = programs
+    program = load_program(step)
+    fresh = torch.full(program.example_inputs[0][1].shape, torch.nan, dtype=torch.float64)
+    records = [record(model.inputs, 60, seed) for seed in (1, 2)]
+    states, found, module = [fresh, fresh], [[], []], program.module()
+    for k in range(60):
+        for one in (0, 1):
+            predicted, states[one] = module(records[one][k], states[one])
+            found[one].append(predicted)
+    for one in (0, 1):
+        wanted = model(records[one])
+        torch.testing.assert_close(torch.stack(found[one]), wanted, rtol=0, atol=1e-11 * float(wanted.abs().max()))

@@ -1,0 +1,49 @@
+"""Ranges of what a model was fitted to, saved beside it."""
+
+import pytest
+import torch
+from omegaconf import OmegaConf
+
+from zoo.catalog import RANGES_FILE, build, load, load_ranges, save_model
+from zoo.errors import InputError
+from zoo.measurements.run import Run
+from zoo.models.ranges import ROOM, fitted_ranges, outside
+
+
+def run(temperature: list[float], block: list[int]) -> Run:
+    """A run whose thermometer reads as given."""
+    value = torch.tensor(temperature, dtype=torch.float64)
+    time = torch.arange(len(value), dtype=torch.float64)
+    table = torch.stack([time, value, torch.full_like(time, 9.66)], dim=-1)
+    names = ("time_s", "temperature_c", "reference_dph")
+    return Run("run", "dph", 1.0, names, table, 0 * time, torch.ones(len(time), dtype=torch.int64), torch.tensor(block))
+
+
+def test_what_was_fitted_counts_and_what_was_left_out_does_not() -> None:
+    model = build("model", "bp")
+    runs = [run([5.0, 20.0, 60.0], [-1, 0, 0]), run([-40.0, 30.0], [0, 1])]
+    assert fitted_ranges(model, runs) == {"temperature_c": (-40.0, 60.0)}
+
+
+def test_outside_is_beyond_the_room_for_noise() -> None:
+    x = torch.tensor([[0.0, -40.0], [1e9, 60.0 + 99 * ROOM], [2.0, 60.0 + 101 * ROOM], [3.0, -40.0 - 101 * ROOM]], dtype=torch.float64)
+    found = outside(x, ["time_s", "temperature_c"], {"temperature_c": (-40.0, 60.0)})
+    assert found[:, 1].tolist() == [False, False, True, True]
+    assert not found[:, 0].any()
+
+
+def test_they_are_saved_with_the_model(tmp_path) -> None:
+    model = build("model", "bp")
+    config = OmegaConf.to_container(load("model", "bp"))
+    save_model(tmp_path, config, model)
+    assert load_ranges(tmp_path) == {}
+    ranges = {"temperature_c": (-40.123456789012345, 60.0)}
+    save_model(tmp_path, config, model, ranges)
+    assert load_ranges(tmp_path) == ranges
+
+
+@pytest.mark.parametrize("text", ["[1, 2]", '{"temperature_c": 3}', "{", '{"temperature_c": ["a", "b"]}'])
+def test_a_file_that_holds_something_else_is_told(tmp_path, text) -> None:
+    (tmp_path / RANGES_FILE).write_text(text)
+    with pytest.raises(InputError, match=RANGES_FILE):
+        load_ranges(tmp_path)

@@ -1,0 +1,65 @@
+"""A training that is killed, as by a power cut, goes on where it was."""
+
+from __future__ import annotations
+
+import json
+import os
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import pytest
+import torch
+
+from zoo.catalog import load_model
+
+pytestmark = pytest.mark.slow
+
+PROGRAM = """
+import sys
+import zoo.training.checkpoints, zoo.training.stepwise
+zoo.training.checkpoints.EVERY_S = zoo.training.stepwise.EVERY_S = 0.0
+from zoo.cli.application import run
+sys.exit(run("train", sys.argv[1:]))
+"""
+"""The command, with a checkpoint at every point of the curve."""
+
+
+def begin(out: Path, recording: Path, more: list[str]) -> subprocess.Popen[str]:
+    arguments = [*more, f"data.files=[{recording}]", "data.average_s=100", f"hydra.run.dir={out}"]
+    command = [sys.executable, "-c", PROGRAM, *arguments]
+    return subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, env=os.environ | {"OMP_NUM_THREADS": "1"})
+
+
+def kill_after_a_checkpoint(process: subprocess.Popen[str], out: Path) -> None:
+    while not (out / "last.ckpt").is_file():
+        assert process.poll() is None, process.communicate()
+        time.sleep(0.005)
+    os.kill(process.pid, signal.SIGKILL)
+    process.wait()
+
+
+@pytest.mark.parametrize("more", [["epochs=1500"], ["epochs=800", "seeds=3", "init=pso", "init.steps=5"]], ids=["alone", "ensemble"])
+def test_the_same_command_ends_where_it_would_have(tmp_path, more) -> None:
+    rows = [f"{20 * k},{20 + 30 * (k % 600) / 600:.4f},{0.2 * ((k % 600) / 300 - 1) ** 2:.6f}" for k in range(900)]
+    recording = tmp_path / "a.csv"
+    recording.write_text("\n".join(["time_s,temperature_c,rate_dph", *rows]) + "\n")
+    for name in ("whole", "killed"):
+        process = begin(tmp_path / name, recording, more)
+        if name == "killed":
+            kill_after_a_checkpoint(process, tmp_path / name)
+            left = {path.name for path in (tmp_path / name).iterdir()}
+            assert not left & {"metrics.json", "weights.pt", "members.pt", "model.yaml"}
+            assert torch.load(tmp_path / name / "last.ckpt", weights_only=True)["finished"] is False
+            process = begin(tmp_path / name, recording, more)
+        printed, errors = process.communicate(timeout=120)
+        assert process.returncode == 0, errors
+        assert ("going on from" in printed) == (name == "killed")
+    whole, killed = (json.loads((tmp_path / name / "metrics.json").read_text()) for name in ("whole", "killed"))
+    for key in ("rms", "epochs", "evaluations", "loss", "members"):
+        assert killed.get(key) == whole.get(key)
+    one, other = (load_model(tmp_path / name).state_dict() for name in ("whole", "killed"))
+    assert all(torch.equal(one[key], other[key]) for key in one)
+    assert not list((tmp_path / "killed").glob(".*.part"))

@@ -1,0 +1,56 @@
+"""A model asked only for the raw columns that it uses: a grey box is given all that its files had."""
+
+from __future__ import annotations
+
+import torch
+from torch import Tensor
+
+from zoo.export.recipe import recipes
+from zoo.models.base import Model
+from zoo.models.example import example, used_inputs
+from zoo.models.ranges import Ranges
+
+REFERENCE = "reference_"
+
+
+class Narrowed(Model):
+    """A model whose prediction does not depend on some of its raw columns, without them."""
+
+    def __init__(self, model: Model, used: list[str]) -> None:
+        """Put together.
+
+        Args:
+            model: trained.
+            used: its inputs that decide something, in its order, the time first.
+        """
+        super().__init__()
+        self.model = model
+        self.inputs = used
+        self.place = [used.index(name) if name in used else None for name in model.inputs]
+
+    def forward(self, x: Tensor) -> Tensor:
+        """Predict the error, see `Model.forward`."""
+        nothing = torch.zeros_like(x[:, 0])
+        predicted: Tensor = self.model(torch.stack([nothing if place is None else x[:, place] for place in self.place], dim=-1))
+        return predicted
+
+
+def narrowed(model: Model, ranges: Ranges) -> Model:
+    """The model itself where it uses all that it asks for, else without the rest.
+
+    Whether a column is used is tried on a made-up record, in which the true input takes both signs and the value 0, whatever it was in training:
+    effects look at its sign.
+
+    Args:
+        model: trained.
+        ranges: of its raw columns.
+    """
+    if recipes(model) is not None:
+        return model  # a network names its features
+    around = {
+        name: (-size, size) for name in model.inputs if name.startswith(REFERENCE) for size in [max(1.0, *map(abs, ranges.get(name, (0.0, 0.0))))]
+    }
+    used = used_inputs(model, example(model.inputs, dict(ranges) | around))
+    return (
+        model if len(used) + 1 == len(model.inputs) else Narrowed(model, [name for name in model.inputs if name == model.inputs[0] or name in used])
+    )

@@ -1,0 +1,75 @@
+"""Whether the exported files say what the trained model says, measured on the files themselves."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+
+import torch
+from torch import Tensor
+
+from zoo.errors import WorkError
+from zoo.export.program import load_program
+from zoo.export.torchscript import load_torchscript
+from zoo.models.base import Model
+from zoo.models.ranges import Ranges, outside
+
+AGREEMENT = 1e-9
+"""Largest difference that is let pass, over the largest prediction: far more than rounding, far less than single precision would leave."""
+STEPPED = 1000
+"""Rows of each run that are taken one by one."""
+
+
+def differences(model: Model, inputs: Sequence[str], files: Mapping[str, bytes], tables: Mapping[str, Tensor], refused: Ranges) -> dict[str, float]:
+    """Largest differences between files and model over some runs, and between sample by sample and whole runs.
+
+    Args:
+        model: trained.
+        inputs: raw columns that the files take, some of the model's.
+        files: the exported ones by name.
+        tables: (T, C) raw columns of the model by run.
+        refused: ranges of the raw columns outside of which ``model.ts`` refuses to predict.
+
+    Returns:
+        Largest |Δ| [output's unit] by what was compared.
+
+    Raises:
+        WorkError: one of them is too large.
+    """
+    found: dict[str, float] = {}
+    with torch.no_grad():
+        for run, x in tables.items():
+            truth = model(x)
+            own = x[:, [model.inputs.index(name) for name in inputs]]
+            judged = ~outside(own, inputs, refused).any(1)
+            scale = float(truth.abs().max())
+            for what, (given, wanted) in _pairs(files, own, truth).items():
+                apart = float((given - wanted)[judged[: len(given)]].abs().amax()) if bool(judged[: len(given)].any()) else 0.0
+                if not apart <= AGREEMENT * scale:
+                    raise WorkError(f"{run}: {what} differ by {apart:.3g} where predictions reach {scale:.3g}; nothing was written")
+                found[what] = max(found.get(what, 0.0), apart)
+    return found
+
+
+def _pairs(files: Mapping[str, bytes], x: Tensor, truth: Tensor) -> dict[str, tuple[Tensor, Tensor]]:
+    """What has to be equal, by name."""
+    script, first = load_torchscript(files["model.ts"]), x[:STEPPED]
+    forward = script(x)
+    pairs = {
+        "model.ts forward and the model": (forward, truth),
+        "model.ts step and forward": (torch.stack([script.step(row) for row in first]), forward[:STEPPED]),
+    }
+    if "model.pt2" in files:
+        whole, step = load_program(files["model.pt2"]), load_program(files["step.pt2"])
+        fresh = torch.full(step.example_inputs[0][1].shape, torch.nan, dtype=torch.float64)
+        pairs["model.pt2 and the model"] = whole.module()(x), truth
+        pairs["step.pt2 and the model"] = _handed_on(step.module(), first, fresh), truth[:STEPPED]
+    return pairs
+
+
+def _handed_on(step: Callable[..., tuple[Tensor, Tensor]], x: Tensor, state: Tensor) -> Tensor:
+    """(T,) predictions of single steps, each with the state that the one before it gave."""
+    predicted = []
+    for row in x:
+        one, state = step(row, state)
+        predicted.append(one)
+    return torch.stack(predicted)

@@ -1,0 +1,162 @@
+"""A trained model by `torch.export`: a graph of tensor operations without Python, for torch alone, AOTInductor or other compilers."""
+
+from __future__ import annotations
+
+import io
+
+import torch
+from torch import Tensor, nn
+from torch.export import Dim, ExportedProgram
+from torch.fx import GraphModule
+
+from zoo.errors import InputError, WorkError
+from zoo.export.carried import CHUNK, in_pieces
+from zoo.export.feature_scan import FeatureScan
+from zoo.export.recipe import Recipe, recipes
+from zoo.export.still import still
+from zoo.models.base import FeatureModel, Model
+
+LONGEST = 2**26
+"""Rows of the longest run that the exported `forward` takes: 93 h at 200 Hz."""
+
+
+class FeatureWhole(nn.Module):
+    """A whole run of a network, (N, C) -> (N,)."""
+
+    fresh: Tensor
+
+    def __init__(self, model: FeatureModel, features: list[Recipe]) -> None:
+        super().__init__()
+        self.model = model
+        self.scan = FeatureScan(features, len(model.inputs), LONGEST)
+        self.register_buffer("fresh", self.scan.fresh())
+
+    def forward(self, x: Tensor) -> Tensor:
+        """(N, C) raw columns, finite, the time rising -> (N,) predicted error."""
+        return self.model.head(self.scan(x, self.fresh)[0])
+
+
+class FeatureStep(nn.Module):
+    """One sample of a network, the state handed in and out: (C,), (S,) -> (), (S,)."""
+
+    def __init__(self, model: FeatureModel, features: list[Recipe]) -> None:
+        super().__init__()
+        self.model = model
+        self.scan = FeatureScan(features, len(model.inputs), 1)
+
+    def forward(self, x: Tensor, state: Tensor) -> tuple[Tensor, Tensor]:
+        """The next sample's prediction and the state after it; a state of NaN is before the first sample."""
+        features, state = self.scan(x.unsqueeze(0), state)
+        return self.model.head(features).squeeze(0), state
+
+
+class CarriedWhole(nn.Module):
+    """A whole run of any other model: its first row, then chunk after chunk, (N, C) -> (N,)."""
+
+    def __init__(self, first: nn.Module, chunk: nn.Module) -> None:
+        """Put together.
+
+        Args:
+            first: see `zoo.export.carried`.
+            chunk: for `CHUNK` rows that follow others, as a graph.
+        """
+        super().__init__()
+        self.first = first
+        self.chunk = chunk
+
+    def forward(self, x: Tensor) -> Tensor:
+        """(N, C) raw columns, finite, the time rising -> (N,) predicted error."""
+        from torch._higher_order_ops.scan import scan  # which the oldest torch that all the rest is content with does not have
+
+        first, state = self.first(x[:1])
+        rows = x.shape[0] - 1
+        # Chunks are looked up row by row, since a graph knows no run whose length happens to fit. Rows after the last one change nothing before it.
+        place = 1 + CHUNK * torch.arange(rows // CHUNK + 2, device=x.device).unsqueeze(-1) + torch.arange(CHUNK, device=x.device)
+        later = (place - rows).clamp_min(0).to(x.dtype)
+        known = x[place.clamp_max(rows)]
+        chunks = torch.cat([known[..., :1] + later.unsqueeze(-1), known[..., 1:]], dim=-1)
+        _, predicted = scan(self._follow, state, chunks, dim=0)
+        row = torch.arange(x.shape[0], device=x.device)
+        after = (row - 1).clamp_min(0)
+        return torch.where(row == 0, first, predicted[after // CHUNK, after % CHUNK])
+
+    def _follow(self, state: Tensor, chunk: Tensor) -> tuple[Tensor, Tensor]:
+        predicted, state = self.chunk(chunk, state)
+        return state, predicted
+
+
+class CarriedStep(nn.Module):
+    """One sample of any other model, the state handed in and out: (C,), (S,) -> (), (S,)."""
+
+    def __init__(self, first: nn.Module, following: nn.Module) -> None:
+        super().__init__()
+        self.first = first
+        self.following = following
+
+    def forward(self, x: Tensor, state: Tensor) -> tuple[Tensor, Tensor]:
+        """See `FeatureStep`."""
+        fresh = torch.isnan(state).all()
+        row = x.unsqueeze(0)
+        at_first, begun = self.first(row)
+        predicted, after = self.following(row, state)
+        return torch.where(fresh, at_first, predicted)[0], torch.where(fresh, begun, after)
+
+
+def to_programs(model: Model, x: Tensor) -> tuple[bytes, bytes]:
+    """The files ``model.pt2`` (whole runs) and ``step.pt2`` (one sample).
+
+    Args:
+        model: trained; not changed.
+        x: (T, C) raw columns of a record like those it will see, some thousand rows.
+
+    Raises:
+        InputError: a model of this kind cannot be exported.
+        WorkError: the same, for a reason that lies in one of its parts.
+    """
+    try:
+        return _programs(still(model), x)
+    except (InputError, WorkError):
+        raise
+    except Exception as error:  # whatever comes out of torch's tracing
+        told = next((line.strip() for line in str(error).splitlines() if line.strip()), type(error).__name__)
+        raise WorkError(f"{type(model).__name__}: torch.export does not take it ({told})\nprogram=false leaves model.pt2 and step.pt2 out") from error
+
+
+def _programs(model: Model, x: Tensor) -> tuple[bytes, bytes]:
+    features = recipes(model)
+    whole: nn.Module
+    step: nn.Module
+    if features is not None and isinstance(model, FeatureModel):
+        whole, step = FeatureWhole(model, features), FeatureStep(model, features)
+        state = step.scan.fresh()
+    else:
+        first, following = in_pieces(model, x)
+        state = torch.full_like(first(x[:1])[1], torch.nan)
+        chunk = _with_buffers(torch.export.export(following, (x[1 : 1 + CHUNK], state)).module())
+        whole, step = CarriedWhole(first, chunk), CarriedStep(first, following)
+    rows = Dim("rows", min=1, max=LONGEST)
+    program = torch.export.export(whole, (x[: 2 * CHUNK + 40],), dynamic_shapes=({0: rows},))
+    return _saved(program), _saved(torch.export.export(step, (x[0], state)))
+
+
+def _with_buffers(module: nn.Module) -> nn.Module:
+    """The same with the constants of its graph as buffers: `scan` takes no others."""
+    for part in module.modules():
+        for name, value in [(name, value) for name, value in vars(part).items() if isinstance(value, Tensor)]:
+            delattr(part, name)
+            part.register_buffer(name, value)
+    return module
+
+
+def load_program(file: bytes) -> ExportedProgram:
+    """What `to_programs` made."""
+    return torch.export.load(io.BytesIO(file))
+
+
+def _saved(program: ExportedProgram) -> bytes:
+    file = io.BytesIO()
+    for graph in [module.graph for module in program.graph_module.modules() if isinstance(module, GraphModule)]:
+        for node in graph.nodes:
+            node.meta.pop("stack_trace", None)  # the folders of this machine
+    torch.export.save(program, file)
+    return file.getvalue()

@@ -1,0 +1,279 @@
+"""A trained model as TorchScript: one file that Python or C++ runs with torch alone, whole runs or sample by sample.
+
+TorchScript is deprecated and works; all that the house has of it for files is in here, beside `zoo.export.program`, its successor.
+"""
+
+# No `from __future__ import annotations`: TorchScript reads class annotations.
+import io
+import math
+import warnings
+import zipfile
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from typing import Any
+
+import torch
+from torch import Tensor, nn
+from torch.jit._trace import TracerWarning
+
+from zoo.errors import WorkError
+from zoo.export.carried import CHUNK, in_pieces
+from zoo.export.feature_stream import FeatureStream
+from zoo.export.recipe import Recipe, recipes
+from zoo.export.still import still
+from zoo.models.base import FeatureModel, Model
+
+
+class Core(nn.Module):
+    """Abstract: a model over whole runs and one sample at a time."""
+
+    def forward(self, x: Tensor) -> Tensor:
+        """(T, C) raw columns -> (T,) predicted error; the state of `step` is not touched."""
+        raise NotImplementedError
+
+    def step(self, x: Tensor, now: list[float]) -> Tensor:
+        """The next sample, as tensor and as numbers (C,) -> () predicted error."""
+        raise NotImplementedError
+
+    def forget(self) -> None:
+        """Back to before the first sample."""
+        raise NotImplementedError
+
+
+class FeatureCore(Core):
+    """A network as it was trained, and the same one sample at a time."""
+
+    def __init__(self, model: FeatureModel, features: list[Recipe]) -> None:
+        super().__init__()
+        self.model = model
+        self.stream = FeatureStream(features)
+
+    def forward(self, x: Tensor) -> Tensor:
+        """See `Core.forward`."""
+        predicted: Tensor = self.model(x)
+        return predicted
+
+    def forget(self) -> None:
+        """See `Core.forget`."""
+        self.stream.forget()
+
+    def step(self, x: Tensor, now: list[float]) -> Tensor:
+        """See `Core.step`."""
+        values = self.stream(now)
+        features = torch.empty([len(values)], dtype=x.dtype, device=x.device)
+        for i, value in enumerate(values):
+            features.select(0, i).fill_(value)  # torch.tensor(values) and features[i] = value go through single precision in TorchScript
+        return self.model.head(features)
+
+
+class CarriedCore(Core):
+    """Any other model, traced: the first row, the next one, and as many at once as `forward` takes for speed."""
+
+    state: Tensor
+
+    def __init__(self, first: nn.Module, following: nn.Module, chunk: nn.Module, size: int) -> None:
+        super().__init__()
+        self.first = first
+        self.following = following
+        self.chunk = chunk
+        self.size = size
+        self.begun = False
+        self.register_buffer("state", torch.zeros(0, dtype=torch.float64))
+
+    def forward(self, x: Tensor) -> Tensor:
+        """See `Core.forward`."""
+        predicted, state = self.first(x[:1])
+        parts = [predicted]
+        missing = (1 - x.size(0)) % self.size
+        # Rows after the last change nothing before them.
+        later = x[-1:].repeat(missing, 1)
+        later[:, 0] += torch.arange(1, missing + 1, dtype=x.dtype, device=x.device)
+        rows = torch.cat([x[1:], later])
+        for i in range(0, rows.size(0), self.size):
+            predicted, state = self.chunk(rows[i : i + self.size], state)
+            parts.append(predicted)
+        return torch.cat(parts)[: x.size(0)]
+
+    def forget(self) -> None:
+        """See `Core.forget`."""
+        self.begun = False
+
+    def step(self, x: Tensor, now: list[float]) -> Tensor:
+        """See `Core.step`."""
+        row = x.unsqueeze(0)
+        if self.begun:
+            predicted, self.state = self.following(row, self.state)
+        else:
+            predicted, self.state = self.first(row)
+            self.begun = True
+        return predicted[0]
+
+
+class Exported(nn.Module):
+    """What lies in ``model.ts``: ``forward``, ``step``, ``step_checked`` and ``reset``.
+
+    A row is used where all its numbers are finite and its time is later than that of the last row used. Any other row gets NaN as its prediction
+    and leaves no trace: the next one goes on over the gap, exactly.
+
+    Attributes:
+        inputs: names of the raw columns, the time first.
+        unit: of the prediction.
+        low: (C,) lowest trained value of each, less some room for noise.
+        high: (C,) highest, with the same room.
+        refuse_outside: whether a row outside of the trained range gets NaN; its numbers are remembered all the same, as they are the gyro's past.
+        last: time of the last row that `step` used [s].
+    """
+
+    inputs: list[str]
+    unit: str
+    low: list[float]
+    high: list[float]
+    refuse_outside: bool
+    last: float
+
+    def __init__(self, core: Core, inputs: list[str], unit: str, limits: Sequence[tuple[float, float]], refuse_outside: bool) -> None:
+        super().__init__()
+        self.core = core
+        self.inputs = list(inputs)
+        self.unit = unit
+        self.low, self.high = [low for low, _ in limits], [high for _, high in limits]
+        self.refuse_outside = refuse_outside
+        self.last = -math.inf
+
+    def forward(self, x: Tensor) -> Tensor:
+        """Predict a whole run from its first row, (N, C) raw columns in time order -> (N,)."""
+        if x.dim() != 2 or x.size(1) != len(self.inputs):
+            raise ValueError("forward takes (N, C) raw columns, C as many as the attribute `inputs` names")
+        x = x.to(torch.float64)
+        usable = self.usable(x)
+        predicted = torch.full_like(x[:, 0], math.nan)
+        if bool(usable.all()) and x.size(0) > 0:
+            predicted = self.core(x)
+        elif bool(usable.any()):
+            predicted[usable] = self.core(x[usable])
+        if self.refuse_outside:
+            low = torch.stack([torch.full_like(predicted, value) for value in self.low], dim=1)
+            high = torch.stack([torch.full_like(predicted, value) for value in self.high], dim=1)
+            predicted = torch.where(((x >= low) & (x <= high)).all(dim=1), predicted, torch.full_like(predicted, math.nan))
+        return predicted
+
+    def usable(self, x: Tensor) -> Tensor:
+        """(T, C) -> (T,) bool: rows of finite numbers, later than all such rows before them."""
+        finite = torch.isfinite(x).all(dim=1)
+        time = torch.where(finite, x[:, 0], torch.full_like(x[:, 0], -math.inf))
+        if x.size(0) < 2:
+            return finite
+        latest = torch.cummax(time, dim=0)[0]
+        return finite & torch.cat([torch.ones_like(finite[:1]), time[1:] > latest[:-1]])
+
+    @torch.jit.export
+    def reset(self) -> None:
+        """Forget the past: the next sample is the first of a run."""
+        self.last = -math.inf
+        self.core.forget()
+
+    @torch.jit.export
+    def step(self, x: Tensor) -> Tensor:
+        """Predict the next sample, (C,) raw columns -> ()."""
+        x = self.checked(x)
+        now: list[float] = x.tolist()
+        return self.advance(x, now)
+
+    @torch.jit.export
+    def step_checked(self, x: Tensor) -> tuple[Tensor, Tensor]:
+        """The same, with (C,) bool: whether each number is within the trained range, and the time later than before."""
+        x = self.checked(x)
+        now: list[float] = x.tolist()
+        inside = torch.empty([len(now)], dtype=torch.bool, device=x.device)
+        for i, value in enumerate(now):
+            inside.select(0, i).fill_(value >= self.low[i] and value <= self.high[i])
+        inside.select(0, 0).fill_(now[0] > self.last and math.isfinite(now[0]))
+        return self.advance(x, now), inside
+
+    def checked(self, x: Tensor) -> Tensor:
+        """The sample in double precision; another shape is refused."""
+        if x.dim() != 1 or x.size(0) != len(self.inputs):
+            raise ValueError("step takes (C,) raw columns, C as many as the attribute `inputs` names")
+        return x.to(torch.float64)
+
+    def advance(self, x: Tensor, now: list[float]) -> Tensor:
+        """Use one sample, or leave it out."""
+        usable = now[0] > self.last
+        inside = True
+        for i, value in enumerate(now):
+            usable = usable and math.isfinite(value)
+            inside = inside and value >= self.low[i] and value <= self.high[i]
+        if not usable:
+            return torch.full([], math.nan, dtype=torch.float64, device=x.device)
+        self.last = now[0]
+        predicted = self.core.step(x, now)
+        if self.refuse_outside and not inside:
+            return torch.full_like(predicted, math.nan)
+        return predicted
+
+
+def to_torchscript(model: Model, unit: str, x: Tensor, limits: Sequence[tuple[float, float]], refuse_outside: bool = False) -> bytes:
+    """The file ``model.ts``.
+
+    Args:
+        model: trained; not changed.
+        unit: of its prediction.
+        x: (T, C) raw columns of a record like those it will see, some thousand rows.
+        limits: (C,) between which values each raw column is taken for trained.
+        refuse_outside: see `Exported`.
+
+    Raises:
+        InputError: a model of this kind cannot be exported.
+        WorkError: TorchScript does not take it.
+    """
+    file = io.BytesIO()
+    with _quiet():
+        try:
+            torch.jit.save(torch.jit.script(Exported(_core(still(model), x), model.inputs, unit, limits, refuse_outside).eval()), file)
+        except RuntimeError as error:
+            if isinstance(error, WorkError):
+                raise
+            raise WorkError(f"{type(model).__name__}: TorchScript does not take it: {str(error).strip().splitlines()[0]}") from error
+    return _without_sources(file.getvalue())
+
+
+def _core(model: Model, x: Tensor) -> Core:
+    features = recipes(model)
+    if features is not None and isinstance(model, FeatureModel):
+        return FeatureCore(model, features)
+    first, following = in_pieces(model, x)
+    with torch.no_grad():
+        state = first(x[:1])[1]
+        one, many = _traced(following, x[1:2], state), _traced(following, x[1 : 1 + CHUNK], state)
+        return CarriedCore(_traced(first, x[:1]), one, many, CHUNK)
+
+
+def _traced(module: nn.Module, *arguments: Tensor) -> nn.Module:
+    traced: nn.Module = torch.jit.trace(module.eval(), arguments, check_trace=False)  # what the whole file says is compared with the model later
+    return traced
+
+
+def _without_sources(file: bytes) -> bytes:
+    """The same less the records that say from which file of this machine each line of code comes."""
+    kept = io.BytesIO()
+    with zipfile.ZipFile(io.BytesIO(file)) as old, zipfile.ZipFile(kept, "w", zipfile.ZIP_STORED) as new:
+        for record in old.infolist():
+            if not record.filename.endswith(".debug_pkl"):
+                new.writestr(record, old.read(record))
+    return kept.getvalue()
+
+
+def load_torchscript(file: bytes) -> Any:
+    """What `to_torchscript` made, as a module."""
+    with _quiet():
+        return torch.jit.load(io.BytesIO(file))
+
+
+@contextmanager
+def _quiet() -> Iterator[None]:
+    """Without torch's remarks that TorchScript has a successor, and that a trace holds for chunks of one length only."""
+    with warnings.catch_warnings():
+        warnings.filterwarnings("ignore", category=DeprecationWarning, module="torch")
+        warnings.filterwarnings("ignore", message=".*torch.jit.*")
+        warnings.filterwarnings("ignore", category=TracerWarning)
+        yield

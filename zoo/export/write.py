@@ -1,0 +1,104 @@
+"""The exported files: made, tried against the model, and only then written, all of them or none."""
+
+from __future__ import annotations
+
+import datetime
+import hashlib
+import json
+from collections.abc import Mapping, Sequence
+from contextlib import ExitStack
+from pathlib import Path
+from typing import Any
+
+from torch import Tensor
+
+from zoo.artifacts import replacing
+from zoo.export.narrowed import narrowed
+from zoo.export.parity import AGREEMENT, STEPPED, differences
+from zoo.export.program import load_program, to_programs
+from zoo.export.torchscript import to_torchscript
+from zoo.models.base import Model
+from zoo.models.example import example
+from zoo.models.ranges import ROOM, Ranges, limits
+from zoo.units import output_suffix, symbol
+
+SCRIPT, PROGRAM, STEP, METADATA = "model.ts", "model.pt2", "step.pt2", "metadata.json"
+FORMATS = {SCRIPT: "TorchScript", PROGRAM: "torch.export", STEP: "torch.export"}
+PLAIN = {"v": "V", "ut": "µT", "pct": "%", "kpa": "kPa"}
+"""Units of columns that the zoo never converts, by suffix."""
+
+
+def write_export(
+    model: Model,
+    unit: str,
+    ranges: Ranges,
+    recorded: Mapping[str, Tensor],
+    out: Path,
+    *,
+    about: Mapping[str, Any],
+    refuse_outside: bool = False,
+    program: bool = True,
+) -> dict[str, Any]:
+    """Write a trained model as ``model.ts``, ``model.pt2``, ``step.pt2`` and ``metadata.json``.
+
+    Args:
+        model: on the CPU, in evaluation mode.
+        unit: of its prediction.
+        ranges: of the raw columns that it was fitted to.
+        recorded: (T, C) raw columns of runs to try the files on, by name; a made-up run is tried besides.
+        out: folder of the files.
+        about: what is known of the model, first in the metadata.
+        refuse_outside: whether ``model.ts`` gives NaN outside of the trained range.
+        program: whether the files of `torch.export` are wanted as well.
+
+    Returns:
+        The metadata.
+
+    Raises:
+        InputError: this kind of model cannot be exported.
+        WorkError: a file does not say what the model says.
+    """
+    asked = narrowed(model, ranges)
+    made_up = example(model.inputs, ranges)
+    own = made_up[:, [model.inputs.index(name) for name in asked.inputs]]
+    files = {SCRIPT: to_torchscript(asked, unit, own, limits(asked.inputs, ranges), refuse_outside)}
+    if program:
+        files[PROGRAM], files[STEP] = to_programs(asked, own)
+    tables = dict(recorded) | {"a made-up run": made_up}
+    apart = differences(model, asked.inputs, files, tables, ranges if refuse_outside else {})
+    metadata = dict(about) | {
+        "inputs": list(asked.inputs),
+        "input_units": {name: input_unit(name) for name in asked.inputs},
+        "unit": unit,
+        "unit_symbol": symbol(unit),
+        "inputs_without_influence": [name for name in model.inputs if name not in asked.inputs],
+        "trained_range": {name: list(ranges[name]) if name in ranges else None for name in asked.inputs},
+        "room_outside": ROOM,
+        "refuse_outside": refuse_outside,
+        "step_state": len(load_program(files[STEP]).example_inputs[0][1]) if program else None,
+        "parity": {
+            "largest_difference": apart,
+            "allowed_over_largest_prediction": AGREEMENT,
+            "runs": {name: len(x) for name, x in tables.items()},
+            "rows_stepped": STEPPED,
+        },
+        "files": {name: {"format": FORMATS[name], "bytes": len(file), "sha256": hashlib.sha256(file).hexdigest()} for name, file in files.items()},
+        "exported": datetime.datetime.now(datetime.UTC).isoformat(timespec="seconds"),
+    }
+    text = json.dumps(metadata, indent=2, ensure_ascii=False, allow_nan=False) + "\n"
+    _write(out, files | {METADATA: text.encode()})
+    return metadata
+
+
+def input_unit(column: str) -> str | None:
+    """The unit in a column's name as usually written; None where it has none."""
+    suffix = output_suffix(column, "time", "temperature", "rate", "acceleration", "pulses", "counts")
+    return symbol(suffix) if suffix else PLAIN.get(column.rpartition("_")[2])
+
+
+def _write(out: Path, files: Mapping[str, bytes]) -> None:
+    """All files take their places once all are complete."""
+    with ExitStack() as places:
+        temporary: Sequence[Path] = [places.enter_context(replacing(out / name)) for name in files]
+        for path, file in zip(temporary, files.values(), strict=True):
+            path.write_bytes(file)

@@ -1,0 +1,52 @@
+"""A made-up record within what a model was fitted to, to try the model on: every column moves, through all of its range."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+
+import torch
+from torch import Tensor
+
+from zoo.models.base import Model
+from zoo.models.ranges import Ranges
+
+SAMPLES, SPAN_S, SWINGS = 2000, 36000.0, 4.3
+UNKNOWN = (0.0, 40.0)
+"""Range of a column of which nothing is known."""
+
+
+def example(inputs: Sequence[str], ranges: Ranges) -> Tensor:
+    """Ten hours, with more than four swings of every column at uneven steps.
+
+    Args:
+        inputs: raw columns, ``time_s`` first.
+        ranges: by column.
+
+    Returns:
+        (T, C).
+    """
+    place = torch.linspace(0, 1, SAMPLES, dtype=torch.float64)
+    place = place + 0.3 / SAMPLES * torch.sin(7.0 * math.pi * SAMPLES / 9.0 * place)
+    columns = [SPAN_S * place]
+    for count, name in enumerate(inputs[1:]):
+        low, high = ranges.get(name, UNKNOWN)
+        columns.append(low + (high - low) * (0.5 - 0.5 * torch.cos(2 * math.pi * (SWINGS + 0.37 * count) * place + 0.5 * count)))
+    return torch.stack(columns, dim=-1)
+
+
+@torch.no_grad()
+def used_inputs(model: Model, x: Tensor) -> list[str]:
+    """The raw columns that a model's prediction depends on, the time aside.
+
+    Args:
+        model: trained.
+        x: (T, C) raw columns of a record.
+    """
+    whole, used = model(x), []
+    for place, name in enumerate(model.inputs[1:], start=1):
+        moved = x.clone()
+        moved[:, place] = 1.0 + 1.1 * moved[:, place].flip(0)
+        if not torch.equal(model(moved), whole):
+            used.append(name)
+    return used
