@@ -12,7 +12,10 @@ from zoo.measurements.datamodule import RunsDataModule
 from zoo.measurements.run import Run
 from zoo.models.base import FeatureModel
 from zoo.models.prediction import block_features
-from zoo.training.weights import ROWS_AT_ONCE, member_outputs, outputs_and_slopes, population_outputs, weight_vector
+from zoo.training.weights import ROWS_AT_ONCE, VALUES_AT_ONCE, member_outputs, outputs_and_slopes, population_outputs, weight_vector
+
+LINEAR = "least_squares"
+"""What models that are linear in their weights say they are fitted by."""
 
 
 class Problem:
@@ -24,12 +27,17 @@ class Problem:
         error: (M,) [output's unit].
         scale: the error's standard deviation [output's unit]; 1 where it never changes.
         size: D, number of weights.
+        places: (S, D/S) the groups of weights of which each sample sees one, see `FeatureModel.parts`.
+        member: (M, S) 1 where a sample belongs to a group.
     """
 
     def __init__(self, model: FeatureModel, features: Tensor, error: Tensor) -> None:
         self.model, self.features, self.error = model, features, error
         self.scale = spread(error)
         self.size = len(weight_vector(model))
+        self.places, part = model.parts(features)
+        self.member = torch.nn.functional.one_hot(part, len(self.places)).to(error)
+        self._linear = self._affine() if getattr(model, "fitted_by", "") == LINEAR and features.shape[0] * self.size <= VALUES_AT_ONCE else None
 
     @classmethod
     def of_runs(cls, model: FeatureModel, runs: Sequence[Run], device: str = "cpu") -> Problem:
@@ -43,11 +51,40 @@ class Problem:
         model.to(device)
         return cls(model, features.to(device), error.to(device))
 
+    def _affine(self) -> tuple[Tensor, Tensor]:
+        """(M,) output without weights and (D, M) what each weight adds."""
+        like = {"dtype": self.features.dtype, "device": self.features.device}
+        outputs = population_outputs(self.model, torch.cat([torch.zeros(1, self.size, **like), torch.eye(self.size, **like)]), self.features)
+        return outputs[0], outputs[1:] - outputs[0]
+
+    def outputs(self, weights: Tensor) -> Tensor:
+        """(P, D) weights -> (P, M) predicted errors [output's unit]; one product where the model is linear in its weights."""
+        if self._linear is None:
+            return population_outputs(self.model, weights, self.features)
+        return torch.addmm(self._linear[0], weights, self._linear[1])
+
     def losses(self, weights: Tensor) -> Tensor:
         """(..., D) weights -> (...) losses; memory does not grow with their number."""
         pieces = chunks(weights.reshape(-1, self.size), self.features)
-        lengths = torch.cat([vector_norm(self.error - population_outputs(self.model, some, self.features), dim=-1) for some in pieces]) / self.scale
+        lengths = torch.cat([vector_norm(self.error - self.outputs(some), dim=-1) for some in pieces]) / self.scale
         return (lengths.square() / len(self.error)).view(weights.shape[:-1])
+
+    def losses_of_parts(self, weights: Tensor) -> Tensor:
+        """What the samples of each group of weights add to the loss, so that the groups can be searched for side by side.
+
+        Args:
+            weights: (..., S, P, D/S), group by group.
+
+        Returns:
+            (..., S, P).
+        """
+        joined = torch.empty((*weights.shape[:-3], weights.shape[-2], self.size), dtype=weights.dtype, device=weights.device)
+        joined[..., self.places] = weights.movedim(-3, -2)
+        if len(self.places) == 1:
+            return self.losses(joined).unsqueeze(-2)
+        pieces = chunks(joined.reshape(-1, self.size), self.features)
+        squares = [((self.error - self.outputs(some)) / self.scale).square() @ self.member for some in pieces]
+        return (torch.cat(squares) / len(self.error)).view(*joined.shape[:-1], -1).movedim(-1, -2)
 
     def normal_equations(self, weights: Tensor) -> tuple[Tensor, Tensor]:
         """JᵀJ and Jᵀr of the mean squared residual, so that they go with `losses`; in bounded memory.

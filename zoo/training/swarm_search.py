@@ -16,24 +16,26 @@ class Searched(NamedTuple):
     """Swarms on their way.
 
     Attributes:
-        swarms: the state of each member's swarm.
+        swarms: the state of each member's swarms, S at once.
         chance: source of chance of each.
         settled: (E,) bool: need not go on.
+        order: (D,) place of each weight among those of all S groups, one group after the other.
     """
 
     swarms: list[Any]
     chance: list[Generator]
     settled: Tensor
+    order: Tensor
 
     @property
     def weights(self) -> Tensor:
         """(E, D) the best that each has found."""
-        return torch.stack([one.leader for one in self.swarms])
+        return torch.stack([one.leader.flatten()[self.order] for one in self.swarms])
 
     @property
     def losses(self) -> Tensor:
         """(E,) and their losses."""
-        return torch.stack([one.leader_cost for one in self.swarms])
+        return torch.stack([one.leader_cost.sum() for one in self.swarms])
 
     @property
     def evaluations(self) -> int:
@@ -42,8 +44,9 @@ class Searched(NamedTuple):
 
 
 class SwarmSearch:
-    """A search of the box ±reach of all weights.
+    """A search of the box ±reach of all weights; of weights in groups of which each sample sees one, a swarm for each group (tong2019: a segment).
 
+    Swarms of separate groups are evaluated together and cost no more than one, and what one finds does not blur what another does.
     All members' populations are evaluated together. What little else there is to a swarm's step is done one member after another, each with its
     own source of chance, so that a member finds what it would find alone.
     """
@@ -54,18 +57,18 @@ class SwarmSearch:
         self.settings = {"steps": steps} | settings
 
     def start(self, problem: Problem, seeds: Iterable[int]) -> Searched:
-        """Place one swarm a seed."""
-        edge = problem.features.new_full((problem.size,), self.reach)
+        """Place the swarms of each seed."""
+        edge = problem.features.new_full(problem.places.shape, self.reach)
         chance = [torch.Generator().manual_seed(seed) for seed in seeds]
         swarms = [self.algorithm.init(-edge, edge, self.particles, one, **self.settings) for one in chance]
-        return Searched(swarms, chance, torch.zeros(len(swarms), dtype=torch.bool, device=edge.device))
+        return Searched(swarms, chance, torch.zeros(len(swarms), dtype=torch.bool, device=edge.device), problem.places.flatten().argsort())
 
     def step(self, problem: Problem, state: Searched) -> Searched:
         """One evaluation of all populations but those that are settled."""
         active = (~state.settled).nonzero().squeeze(-1).tolist()
         swarms = list(state.swarms)
         with torch.no_grad():
-            costs = problem.losses(torch.stack([self.algorithm.ask(swarms[k]) for k in active]))
+            costs = problem.losses_of_parts(torch.stack([self.algorithm.ask(swarms[k]) for k in active]))
             for k, cost in zip(active, costs.unbind(), strict=True):
                 swarms[k] = self.algorithm.tell(swarms[k], cost, state.chance[k])
         return state._replace(swarms=swarms)
