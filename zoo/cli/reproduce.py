@@ -6,6 +6,7 @@ import importlib
 import re
 from collections.abc import Sequence
 from pathlib import Path
+from types import ModuleType
 from typing import cast
 
 import hydra
@@ -28,7 +29,7 @@ from zoo.measurements.run import Run
 from zoo.measurements.write import write_measurements
 from zoo.models.base import Model
 from zoo.models.prediction import predict_blocks_of_each
-from zoo.papers.study import Claim, Row, Study
+from zoo.papers.study import WHOLE, Claim, Row, Study
 from zoo.scoring.stages import rms
 from zoo.units import symbol
 
@@ -59,7 +60,7 @@ def run(config: DictConfig, out: Path) -> Path:
         predicted[str(name)] = _predicted(_composed(config, list(own)), runs, checks, folder)
     study = Study.of([*runs, *checks], len(runs), predicted)
     rows, claims = paper.rows(study), paper.claims(study, _floors(config, study.runs))
-    _write(study, rows, claims, str(config.paper), out)
+    _write(study, rows, claims, paper, out)
     _print(claims, console)
     return out / TABLE
 
@@ -92,7 +93,7 @@ def _floors(config: DictConfig, runs: Sequence[Run]) -> list[float]:
     return [rms(one.block_mean(one.error) - true.block_mean(true.error)) for one, true in zip(runs, known, strict=True)]
 
 
-def _write(study: Study, rows: list[Row], claims: list[Claim], paper: str, out: Path) -> None:
+def _write(study: Study, rows: list[Row], claims: list[Claim], paper: ModuleType, out: Path) -> None:
     # Matplotlib takes a second to import: only here, once the work is done.
     from zoo.report.palette import styled
     from zoo.report.paper_figures import compensated_figure, drift_figure, fits_figure, table_figure, table_text
@@ -104,8 +105,8 @@ def _write(study: Study, rows: list[Row], claims: list[Claim], paper: str, out: 
             fits_figure(study, sample, unit).savefig(folder / f"fits_{run.name}.png", dpi=100)
             compensated_figure(study, sample, unit).savefig(folder / f"compensated_{run.name}.png", dpi=100)
         for quantity in dict.fromkeys(row.quantity for row in rows):
-            table_figure(rows, quantity, "whole").savefig(folder / f"{re.sub(r'[^a-z]+', '_', quantity.lower())}.png", dpi=100)
-    write_text(out / TEXT, table_text(rows, claims, str(importlib.import_module(paper).__doc__).strip().splitlines()[0]))
+            table_figure(rows, quantity, WHOLE).savefig(folder / f"{re.sub(r'[^a-z]+', '_', quantity.lower())}.png", dpi=100)
+    write_text(out / TEXT, table_text(rows, claims, str(paper.__doc__).strip().splitlines()[0], paper.REMARKS))
     write_measurements(out / TABLE, pd.DataFrame([row.record() for row in rows]).rename(columns={"low": "ours_low", "high": "ours_high"}))
 
 

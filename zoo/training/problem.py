@@ -53,8 +53,8 @@ class Problem:
 
     def _affine(self) -> tuple[Tensor, Tensor]:
         """(M,) output without weights and (D, M) what each weight adds."""
-        like = {"dtype": self.features.dtype, "device": self.features.device}
-        outputs = population_outputs(self.model, torch.cat([torch.zeros(1, self.size, **like), torch.eye(self.size, **like)]), self.features)
+        unit = torch.eye(self.size + 1, self.size, dtype=self.features.dtype, device=self.features.device).roll(1, dims=0)
+        outputs = population_outputs(self.model, unit, self.features)
         return outputs[0], outputs[1:] - outputs[0]
 
     def outputs(self, weights: Tensor) -> Tensor:
