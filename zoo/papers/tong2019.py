@@ -22,7 +22,7 @@ REMARKS = (
     "A least-squares fit with a constant has no mean on its own run but for rounding, and of one set of coefficients no other has a lower sum of "
     "squares: what a swarm can gain on the run that it fits is what the rate's four coefficients add.",
     "The run has one rate: 0.108 K/min but for its first hour. What an error does with the rate cannot be known from it, and powers of the rate that "
-    "were fitted to it are worthless at the check run's 0.18 K/min. It takes runs of several rates to fit eq. (6).",
+    "were fitted to it are worthless at the check run's 0.18 K/min. Four powers take four rates and more.",
     "Every method here that leaves less of the fitted run than the noise has fitted noise; only the check run judges.",
 )
 """What the paper leaves open, and what its protocol cannot tell."""

@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-WIDTH, HEIGHT, HEAD, FOOT, INDENT, LEFT, LINE = 740, 190, 40, 44, 12, 62, 18
+WIDTH, HEIGHT, HEAD, FOOT, INDENT, LEFT, LINE = 740, 190, 50, 44, 12, 62, 18
 MARGIN = 0.25
 """Free space above and below a measured curve, of its range."""
 FAR = 1000.0
@@ -92,7 +92,7 @@ def table_figure(rows: list[Row], quantity: str, stage: str) -> Figure:
 
 def _single(colors: dict[str, str], title: str, below: int = 0) -> tuple[Figure, Axes]:
     """A figure of one panel under its legend; `below` is for a second line under the axis [px]."""
-    head = HEAD + LINE * -(-len(colors) // legend_columns(list(colors)))
+    head = 32 + LINE * -(-len(colors) // legend_columns(list(colors)))
     figure = blank(WIDTH, head + 280 + FOOT + below)
     legend_above(figure, colors)
     return figure, panel(figure, (LEFT, head, WIDTH - LEFT - 14, 280), title, INDENT)
@@ -148,7 +148,7 @@ def _logarithmic(axes: Axes, low: float, high: float) -> None:
 def table_text(rows: list[Row], claims: list[Claim], title: str, remarks: Sequence[str] = ()) -> str:
     """The claims, what there is to know about them, and the tables as Markdown."""
     lines = [f"# {title}", "", "| | found | |", "|---|---|---|"]
-    lines += [f"| {claim.text} | {claim.value} | {'yes' if claim.holds else '**no**'} |" for claim in claims]
+    lines += [f"| {_plain(claim.text)} | {_plain(claim.value)} | {'yes' if claim.holds else '**no**'} |" for claim in claims]
     lines += ["", *(f"- {remark}" for remark in remarks)]
     for quantity in dict.fromkeys(row.quantity for row in rows):
         chosen = [row for row in rows if row.quantity == quantity]
@@ -159,6 +159,11 @@ def table_text(rows: list[Row], claims: list[Claim], title: str, remarks: Sequen
             cells = {row.model: row for row in chosen if (row.stage, row.sample) == (stage, sample)}
             lines.append(f"| {stage} | {sample} | " + " | ".join(_cell(cells.get(model)) for model in models) + " |")
     return "\n".join([*lines, ""])
+
+
+def _plain(text: str) -> str:
+    """A sentence in a table of Markdown, where a bar would end the cell."""
+    return text.replace("|", "\\|")
 
 
 def _cell(row: Row | None) -> str:
