@@ -1,0 +1,38 @@
+"""`reproduce` and `train` with a paper's protocol, on shortened simulations."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pandas as pd
+import pytest
+
+from zoo.cli import run
+
+SHORT = {
+    "qiu2023": ["data.simulated.sample_s=20", "epochs=20", "init.steps=3"],
+    "tong2019": ["data.simulated.sample_s=20", "optimizer.particles=20", "optimizer.steps=20"],
+}
+FIGURES = {
+    "qiu2023": {"drift", "bias_stability", *(f"{kind}_run_{k}" for kind in ("fits", "compensated") for k in (1, 2, 3))},
+    "tong2019": {"drift", "mean", "standard_deviation", *(f"{kind}_{name}" for kind in ("fits", "compensated") for name in ("run_1", "check"))},
+}
+
+
+@pytest.mark.parametrize("paper", list(SHORT))
+def test_an_experiment_is_the_papers_own_method(paper: str, tmp_path: Path) -> None:
+    assert run("train", [f"experiment={paper}", *SHORT[paper], f"data.folder={tmp_path / 'data'}", f"hydra.run.dir={tmp_path / 'out'}"]) == 0
+    assert (tmp_path / "out" / "metrics.json").is_file()
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("paper", list(SHORT))
+def test_every_method_has_its_rows_and_the_figures_are_drawn(paper: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    out, common = tmp_path / "out", ["seeds=2", "epochs=20", "data.simulated.sample_s=20"]
+    assert run("reproduce", [f"paper={paper}", *common, f"data.folder={tmp_path / 'data'}", f"hydra.run.dir={out}"]) == 0
+    assert capsys.readouterr().out.strip().endswith("table.csv")
+    table = pd.read_csv(out / "table.csv")
+    assert list(table.columns[:6]) == ["quantity", "unit", "stage", "sample", "model", "paper"]
+    assert table.ours.notna().all()
+    assert {path.stem for path in (out / "figures").iterdir()} == FIGURES[paper]
+    assert "| found |" in (out / "table.md").read_text()
