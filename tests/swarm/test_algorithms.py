@@ -139,6 +139,19 @@ def test_leading_axes_are_swarms_of_their_own(algorithm) -> None:
     assert 0.5 < float(together.leader_cost.median() / alone.median()) < 2
 
 
+def test_swarms_with_a_generator_each_take_the_paths_that_they_take_alone(algorithm) -> None:
+    """More particles than the archive of ACO holds, so that its ants are drawn from the first step on, and fewer."""
+    for particles in (60, 7):
+        chance = [generator(seed) for seed in (3, 4, 5)]
+        alone = [(algorithm.init(LOW, HIGH, particles, one, steps=12), one) for one in map(generator, (3, 4, 5))]
+        state = algorithm.init(LOW.expand(3, 5), HIGH.expand(3, 5), particles, chance, steps=12)
+        for _ in range(12):
+            state = algorithm.tell(state, rastrigin(algorithm.ask(state)), chance)
+            alone = [(algorithm.tell(one, rastrigin(algorithm.ask(one)), own), own) for one, own in alone]
+        torch.testing.assert_close(algorithm.ask(state), torch.stack([algorithm.ask(one) for one, _ in alone]), rtol=1e-9, atol=1e-9)
+        torch.testing.assert_close(state.leader_cost, torch.stack([one.leader_cost for one, _ in alone]), rtol=1e-9, atol=1e-9)
+
+
 def test_a_step_leaves_the_state_before_it_as_it_was(algorithm) -> None:
     chance = generator()
     state = algorithm.init(LOW, HIGH, 6, chance, steps=10)

@@ -12,7 +12,7 @@ from zoo.errors import InputError, WorkError
 from zoo.models.bp import BP
 from zoo.models.polynomial import Polynomial
 from zoo.models.prediction import predict_blocks
-from zoo.swarm import pso
+from zoo.swarm import aco, pheromone, pso
 from zoo.training.checkpoints import CHECKPOINT
 from zoo.training.least_squares import LeastSquares
 from zoo.training.members import read_members
@@ -28,18 +28,22 @@ OPTIMIZERS = {
     "sgd": partial(torch.optim.SGD, lr=0.1, momentum=0.9),
     "lbfgs": partial(torch.optim.LBFGS, line_search_fn="strong_wolfe", max_iter=5),
 }
-INITS = {"random": RandomInit, "pso": partial(SwarmInit, pso, 12, 10)}
+SWARMS = {name: partial(SwarmInit, algorithm, 12, 10) for name, algorithm in (("pso", pso), ("aco", aco), ("aco_pheromone", pheromone))}
+INITS = {"random": RandomInit} | SWARMS
 
 
 def vector(state: dict[str, torch.Tensor]) -> torch.Tensor:
     return torch.cat([value.flatten() for name, value in sorted(state.items())])
 
 
-@pytest.mark.parametrize("init", list(INITS))
+CASES = [("adam", {}), ("adam", {"batch_size": 40}), ("adam", {"goal": 0.05}), ("sgd", {}), ("lbfgs", {"epochs": 4})]
+NAMES = ["adam", "batches", "goal", "sgd", "lbfgs"]
+
+
 @pytest.mark.parametrize(
-    ("optimizer", "settings"),
-    [("adam", {}), ("adam", {"batch_size": 40}), ("adam", {"goal": 0.05}), ("sgd", {}), ("lbfgs", {"epochs": 4})],
-    ids=["adam", "batches", "goal", "sgd", "lbfgs"],
+    ("init", "optimizer", "settings"),
+    [pytest.param(init, *case, id=f"{init}-{name}") for init in ("random", "pso") for case, name in zip(CASES, NAMES, strict=True)]
+    + [pytest.param(init, "adam", {}, id=f"{init}-adam") for init in ("aco", "aco_pheromone")],
 )
 def test_a_member_is_the_training_with_its_seed(make_run, tmp_path, init, optimizer, settings) -> None:
     runs, check = [make_run(bend=0.5, noise=0.02), make_run("run_2", high=25.0, bend=0.5, noise=0.02, seed=2)], [make_run("check", low=0.0, bend=0.5)]

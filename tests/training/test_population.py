@@ -74,3 +74,30 @@ def test_a_tape_follows_lists_views_and_changes_in_place() -> None:
     tape = Tape(function, x)
     for value in (x, 2 * x, x.flip(0)):
         torch.testing.assert_close(tape(value), function(value), rtol=0, atol=0)
+
+
+def test_a_tape_plays_gradients_and_several_inputs() -> None:
+    def function(x: Tensor, y: Tensor) -> tuple[Tensor, Tensor]:
+        here = x.detach().requires_grad_()
+        with torch.enable_grad():
+            value = ((here.sigmoid() * y).tanh() * here.exp()).sum()
+            return value.detach(), torch.autograd.grad(value, here)[0]
+
+    x, y = torch.linspace(-1, 1, 6), torch.linspace(2, 3, 6)
+    tape = Tape(function, x, y)
+    for given in ((x, y), (2 * x, y - 1), (x.flip(0), y.square())):
+        for played, expected in zip(tape(*given), function(*given), strict=True):
+            torch.testing.assert_close(played, expected, rtol=0, atol=0)
+
+
+def test_what_is_written_into_a_constant_is_computed_every_time() -> None:
+    def function(x: Tensor) -> Tensor:
+        sums = torch.ones(3)
+        sums[0] += x.sum()
+        return sums.cumsum(0)
+
+    x = torch.linspace(-1, 2, 4)
+    tape = Tape(function, x)
+    assert not tape.faithful
+    for value in (x, 2 * x, x):
+        torch.testing.assert_close(tape(value), function(value), rtol=0, atol=0)

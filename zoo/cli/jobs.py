@@ -119,7 +119,7 @@ class Job:
 
         Of several seeds it is their median; of a job that failed, and of a verb without an objective, nothing.
         """
-        if "objective" not in self._config or self.result is None:
+        if self._verb not in REPEATABLE or self.result is None:
             return None
         return objective(json.loads(self.result.read_text(encoding="utf-8")), str(self._config.objective))
 

@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import importlib
 import re
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
+from tempfile import TemporaryDirectory
 from typing import cast
 
 import hydra
@@ -17,22 +18,24 @@ from rich.table import Table
 from torch import Tensor
 
 from zoo.artifacts import writable_folder, write_text
-from zoo.catalog import load_members, load_model, names
+from zoo.catalog import create, load_members, load_model, names
 from zoo.cli.inputs import read_data
 from zoo.cli.papers import GROUP
 from zoo.cli.searchpath import searchpath
 from zoo.cli.simulated_data import NOISELESS
-from zoo.cli.train import trained
+from zoo.cli.train import fitted, trained
 from zoo.errors import InputError
 from zoo.measurements.run import Run
 from zoo.measurements.write import write_measurements
 from zoo.models.base import Model
-from zoo.models.prediction import predict_blocks_of_each
+from zoo.models.prediction import predict_blocks, predict_blocks_of_each
 from zoo.papers.study import Claim, Row, Study
+from zoo.progress import progress
 from zoo.scoring.stages import rms
-from zoo.units import symbol
 
 TABLE, TEXT, FIGURES, METHODS = "table.csv", "table.md", "figures", "methods"
+OtherData = Mapping[str, tuple[Sequence[Run], Sequence[Run]]]
+"""Runs to fit and runs to check on, by name: what every method is fitted to besides the paper's runs."""
 
 
 def run(config: DictConfig, out: Path) -> Path:
@@ -52,14 +55,20 @@ def run(config: DictConfig, out: Path) -> Path:
         raise InputError(f"paper is not set; possible: {', '.join(names(GROUP, searchpath()))}")
     paper, console = importlib.import_module(config.paper), Console()
     runs, checks = read_data(config)
+    others: OtherData = create(config.others) if "others" in config else {}
     predicted: dict[str, list[Tensor]] = {}
+    elsewhere: dict[str, dict[str, list[Tensor]]] = {name: {} for name in others}
     for place, (name, own) in enumerate(config.methods.items(), 1):
         console.print(f"{place}/{len(config.methods)} {name}", highlight=False)
         folder = writable_folder(out / METHODS / re.sub(r"\W+", "_", str(name)).lower())
-        predicted[str(name)] = _predicted(_composed(config, list(own)), runs, checks, folder)
-    study = Study.of([*runs, *checks], len(runs), predicted)
+        settings = _composed(config, list(own))
+        predicted[str(name)] = _predicted(settings, runs, checks, folder)
+        for data, found in _predicted_elsewhere(settings, others).items():
+            elsewhere[data][str(name)] = found
+    apart = {data: Study.of([*fit, *check], len(fit), elsewhere[data]) for data, (fit, check) in others.items()}
+    study = Study.of([*runs, *checks], len(runs), predicted, apart)
     rows, claims = paper.rows(study), paper.claims(study, _floors(config, study.runs))
-    _write(study, rows, claims, str(config.paper), out)
+    _write(study, rows, claims, config, out)
     _print(claims, console)
     return out / TABLE
 
@@ -73,13 +82,29 @@ def _composed(config: DictConfig, own: list[str]) -> DictConfig:
 
 def _predicted(config: DictConfig, runs: Sequence[Run], checks: Sequence[Run], folder: Path) -> list[Tensor]:
     """(E, N) predictions of all seeds of one method for every run."""
-    choices = config.hydra.runtime.choices
+    choices, config = config.hydra.runtime.choices, config.copy()
     with open_dict(config):
         del config["hydra"]
     trained(config, runs, checks, folder, choices)
     members = [module for _, module in load_members(folder)] if config.seeds > 1 else [load_model(folder)]
     models = cast(list[Model], members)
     return [predict_blocks_of_each(models, one) for one in (*runs, *checks)]
+
+
+def _predicted_elsewhere(config: DictConfig, others: OtherData) -> dict[str, list[Tensor]]:
+    """(1, N) predictions of one method for every run of other data, fitted to each with a seed of its own; nothing is kept of these trainings."""
+    choices, found = config.hydra.runtime.choices, {}
+    with progress("other data", len(others)) as advance:
+        for place, (data, (runs, checks)) in enumerate(others.items()):
+            own = config.copy()
+            with open_dict(own):
+                del own["hydra"]
+                own.seed, own.seeds = config.seed + place, 1
+            with TemporaryDirectory() as folder:
+                _, model, _ = fitted(own, runs, checks, Path(folder), choices)
+            found[data] = [predict_blocks(model, one).unsqueeze(0) for one in (*runs, *checks)]
+            advance()
+    return found
 
 
 def _floors(config: DictConfig, runs: Sequence[Run]) -> list[float]:
@@ -92,20 +117,16 @@ def _floors(config: DictConfig, runs: Sequence[Run]) -> list[float]:
     return [rms(one.block_mean(one.error) - true.block_mean(true.error)) for one, true in zip(runs, known, strict=True)]
 
 
-def _write(study: Study, rows: list[Row], claims: list[Claim], paper: str, out: Path) -> None:
+def _write(study: Study, rows: list[Row], claims: list[Claim], config: DictConfig, out: Path) -> None:
     # Matplotlib takes a second to import: only here, once the work is done.
     from zoo.report.palette import styled
-    from zoo.report.paper_figures import compensated_figure, drift_figure, fits_figure, table_figure, table_text
+    from zoo.report.paper_figures import table_text
 
-    folder, unit = writable_folder(out / FIGURES), symbol(study.runs[0].unit)
+    folder, paper = writable_folder(out / FIGURES), importlib.import_module(config.paper)
     with styled():
-        drift_figure(study, unit).savefig(folder / "drift.png", dpi=100)
-        for sample, run in enumerate(study.runs):
-            fits_figure(study, sample, unit).savefig(folder / f"fits_{run.name}.png", dpi=100)
-            compensated_figure(study, sample, unit).savefig(folder / f"compensated_{run.name}.png", dpi=100)
-        for quantity in dict.fromkeys(row.quantity for row in rows):
-            table_figure(rows, quantity, "whole").savefig(folder / f"{re.sub(r'[^a-z]+', '_', quantity.lower())}.png", dpi=100)
-    write_text(out / TEXT, table_text(rows, claims, str(importlib.import_module(paper).__doc__).strip().splitlines()[0]))
+        for name, figure in importlib.import_module(config.get("figures", "zoo.report.drift_figures")).figures(study, rows).items():
+            figure.savefig(folder / f"{name}.png", dpi=100)
+    write_text(out / TEXT, table_text(rows, claims, str(paper.__doc__).strip().splitlines()[0], getattr(paper, "REMARKS", ())))
     write_measurements(out / TABLE, pd.DataFrame([row.record() for row in rows]).rename(columns={"low": "ours_low", "high": "ours_high"}))
 
 

@@ -63,6 +63,18 @@ def trained(config: DictConfig, runs: Sequence[Run], check_runs: Sequence[Run], 
     Raises:
         InputError: the settings do not fit together.
     """
+    settings, model, metrics = fitted(config, runs, check_runs, out, choices)
+    save_model(out, settings, model, fitted_ranges(model, runs))
+    _draw(out, model, [*runs, *check_runs])
+    write_json(out / METRICS, {"schema_version": 1} | metrics)
+    _print(metrics)  # last: who reads it may have gone
+    return metrics
+
+
+def fitted(
+    config: DictConfig, runs: Sequence[Run], check_runs: Sequence[Run], out: Path, choices: Mapping[str, Any]
+) -> tuple[dict[str, Any], Model, dict[str, Any]]:
+    """The same without a word: the model's settings in full, the model, and the metrics; a checkpoint and TensorBoard's events are left in `out`."""
     model_config = _model_config(config, runs)
     model = create(model_config)
     optimizer_name, optimizer = _optimizer(config, model, choices)
@@ -86,11 +98,7 @@ def trained(config: DictConfig, runs: Sequence[Run], check_runs: Sequence[Run], 
         labels=labels,
         settings=settings,
     )
-    save_model(out, model_config, model, fitted_ranges(model, runs))
-    _draw(out, model, [*runs, *check_runs])
-    write_json(out / METRICS, {"schema_version": 1} | metrics)
-    _print(metrics)  # last: who reads it may have gone
-    return metrics
+    return model_config, model, metrics
 
 
 def _choice(choices: Mapping[str, Any], group: str) -> str | None:

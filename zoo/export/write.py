@@ -17,6 +17,7 @@ from zoo.export.narrowed import narrowed
 from zoo.export.parity import AGREEMENT, STEPPED, differences
 from zoo.export.program import load_program, to_programs
 from zoo.export.torchscript import to_torchscript
+from zoo.measurements.run import OUTPUT
 from zoo.models.base import Model
 from zoo.models.example import example
 from zoo.models.ranges import ROOM, Ranges, limits
@@ -68,7 +69,7 @@ def write_export(
     apart = differences(model, asked.inputs, files, tables, ranges if refuse_outside else {})
     metadata = dict(about) | {
         "inputs": list(asked.inputs),
-        "input_units": {name: input_unit(name) for name in asked.inputs},
+        "input_units": {name: symbol(unit) if name == OUTPUT else input_unit(name) for name in asked.inputs},
         "unit": unit,
         "unit_symbol": symbol(unit),
         "inputs_without_influence": [name for name in model.inputs if name not in asked.inputs],

@@ -8,6 +8,8 @@ from functools import cached_property
 import torch
 from torch import Tensor
 
+OUTPUT = "output"
+"""Name under which a model takes what the gyro showed, like a column."""
 PIECES = 10
 """Pieces that a run is cut into where some of it is held out."""
 SHARES = (0.5 / PIECES, 1 - 0.5 / PIECES)
@@ -57,6 +59,11 @@ class Run:
         return self.table[:, 1]
 
     @property
+    def output(self) -> Tensor:
+        """(T,) what the gyro showed [unit]: reference and error."""
+        return self.table[:, -1] + self.error
+
+    @property
     def blocks(self) -> int:
         """N, the number of block means."""
         return int(self.block.max()) + 1 if self.block.numel() else 0
@@ -67,11 +74,13 @@ class Run:
         return tuple(name for name in self.columns if name.startswith("temperature_"))
 
     def column(self, name: str) -> Tensor:
-        """(T,) one raw column.
+        """(T,) one raw column, or the `output`.
 
         Raises:
             KeyError: the run has no such column.
         """
+        if name == OUTPUT:
+            return self.output
         if name not in self.columns:
             raise KeyError(name)
         return self.table[:, self.columns.index(name)]
@@ -128,12 +137,16 @@ class Run:
         """
         wanted = max(1, min(PIECES - 1, round(share * PIECES)))
         held = torch.tensor([int((k + 0.5) / wanted * PIECES) for k in range(wanted)])
-        piece = (self.block.clamp_min(0) * PIECES).div(max(self.blocks, 1), rounding_mode="floor")
+        piece = (torch.arange(self.blocks, device=self.block.device) * PIECES).div(max(self.blocks, 1), rounding_mode="floor")
         apart = torch.isin(piece, held.to(piece))
-        return self._only(~apart, self.name), self._only(apart, f"{self.name} (held out)")
+        return self.with_blocks(~apart, self.name), self.with_blocks(apart, f"{self.name} (held out)")
 
-    def _only(self, keep: Tensor, name: str) -> Run:
-        """The blocks of some fine samples, numbered anew."""
-        kept = torch.unique(self.block[keep & (self.block >= 0)])
-        block = torch.where(keep & (self.block >= 0), torch.searchsorted(kept, self.block), -1)
-        return replace(self, name=name, block=block)
+    def with_blocks(self, keep: Tensor, name: str) -> Run:
+        """The run with some of its blocks, numbered anew; the whole past is still known.
+
+        Args:
+            keep: (N,) which.
+            name: of the result.
+        """
+        number = torch.where(keep, keep.cumsum(0) - 1, -1)
+        return replace(self, name=name, block=torch.where(self.block >= 0, number[self.block], -1))

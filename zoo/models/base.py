@@ -1,6 +1,8 @@
 """What every model of the zoo is to the rest of the house."""
 
 # No `from __future__ import annotations` in the files of models: TorchScript reads class annotations, and takes `list[str]` only as a type.
+from typing import ClassVar
+
 from torch import Tensor, nn
 
 
@@ -31,7 +33,12 @@ class FeatureModel(Model):
     """Abstract: a model that is a static map of features, so that it can be trained on block means of its features.
 
     `forward(x)` is ``head(features(x))``. Features hold all memory (rates, lags); the head has none.
+
+    Attributes:
+        linear_in: names of parameters that `head` is linear in, all of them together: some fits solve for these.
     """
+
+    linear_in: ClassVar[tuple[str, ...]] = ()
 
     def features(self, x: Tensor) -> Tensor:
         """(T, C) raw columns of one run -> (T, F) physical features, such as temperature [°C] and its rate [K/min]."""

@@ -1,5 +1,7 @@
 """The back-propagation network of the compensation papers: one hidden layer of tanh nodes."""
 
+from typing import ClassVar
+
 from torch import Tensor, addmm, cat, float64, nn, ones_like, sigmoid
 
 from zoo.errors import InputError
@@ -14,6 +16,8 @@ class BP(FeatureModel):
 
     Source: qiu2023, which takes 3 to 12 hidden nodes from N = sqrt(m + n) + a and chooses 9.
     """
+
+    linear_in: ClassVar[tuple[str, ...]] = ("output.weight", "output.bias")
 
     def __init__(self, features: list[str], hidden: int = 9, smoothing_s: float = SMOOTHING_S) -> None:
         super().__init__()

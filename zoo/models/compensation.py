@@ -14,6 +14,7 @@ from zoo.errors import InputError, WorkError
 from zoo.measurements.append import append_columns
 from zoo.measurements.read import GAP_STEPS, median_step
 from zoo.measurements.recording import Average, Recording, auto_length, block_means
+from zoo.measurements.run import OUTPUT
 from zoo.measurements.schema import Layout, Source
 from zoo.models.base import Model
 from zoo.models.places import FIRST_S
@@ -76,7 +77,7 @@ def columns_needed(compensator: Compensator, one: Layout) -> tuple[Source, ...]:
         InputError: a column is missing, the output's unit is of another quantity, or the file is compensated already.
     """
     known = {source.name: source for source in one.inputs}
-    takes = [name for name in compensator.model.inputs[1:] if not name.startswith("reference_")]
+    takes = [name for name in compensator.model.inputs[1:] if name != OUTPUT and not name.startswith("reference_")]
     missing = [name for name in takes if name not in known]
     if missing:
         kind = type(compensator.model).__name__
@@ -174,6 +175,8 @@ class Compensation:
         for name in self._with.model.inputs:
             if name.startswith("reference_"):
                 by_name[name] = units.convert(truth, self._one.unit, name.removeprefix("reference_"))
+            elif name == OUTPUT:
+                by_name[name] = units.convert(output, self._one.unit, self._with.unit or self._one.unit)
         return np.stack([by_name[name] for name in self._with.model.inputs], axis=1), truth, output
 
     def _predicted(self, x: torch.Tensor) -> np.ndarray:

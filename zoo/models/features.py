@@ -20,7 +20,8 @@ class Features(nn.Module):
 
     ``temperature`` is the column ``temperature_c`` [°C], ``temperature_outer`` the column ``temperature_outer_c``; with ``_rate`` after it, its
     smoothed rate [K/min]; with ``_lag600`` after it, the temperature behind a first-order lag of 600 s [°C], soaked when the run begins.
-    Any other name is a column taken as it is, such as ``supply_v``, ``time_s`` or the true input ``reference_dph``.
+    Any other name is a column taken as it is, such as ``supply_v``, ``time_s`` or the true input ``reference_dph``; ``output`` is what the gyro
+    shows, by which an error that goes with the input is known where nobody knows the input.
 
     Attributes:
         names: the features.

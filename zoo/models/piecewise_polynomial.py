@@ -44,6 +44,7 @@ class PiecewisePolynomial(FeatureModel):
     """
 
     fitted_by: ClassVar[str] = "least_squares"
+    linear_in: ClassVar[tuple[str, ...]] = ("constant", "own", "rest")
     edges: Tensor
     ends: Tensor
 

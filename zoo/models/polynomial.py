@@ -26,6 +26,7 @@ class Polynomial(FeatureModel):
     """
 
     fitted_by: ClassVar[str] = "least_squares"
+    linear_in: ClassVar[tuple[str, ...]] = ("weight",)
 
     def __init__(self, features: list[str], order: int = 1, rate_order: int = 1, smoothing_s: float = SMOOTHING_S) -> None:
         super().__init__()

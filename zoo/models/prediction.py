@@ -8,7 +8,7 @@ import torch
 from torch import Tensor
 
 from zoo.errors import InputError
-from zoo.measurements.run import Run
+from zoo.measurements.run import OUTPUT, Run
 from zoo.models.base import FeatureModel, Model
 
 
@@ -18,7 +18,7 @@ def raw_columns(model: Model, run: Run) -> Tensor:
     Raises:
         InputError: the run lacks one of them.
     """
-    missing = [name for name in model.inputs if name not in run.columns]
+    missing = [name for name in model.inputs if name not in (*run.columns, OUTPUT)]
     if missing:
         raise InputError(f"{run.name}: the model {type(model).__name__} needs the column {', '.join(missing)}; the file has {', '.join(run.columns)}")
     return run.select(model.inputs)

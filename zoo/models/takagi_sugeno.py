@@ -32,6 +32,7 @@ class TakagiSugeno(FeatureModel):
     """
 
     fitted_by: ClassVar[str] = "gustafson_kessel"
+    linear_in: ClassVar[tuple[str, ...]] = ("consequent",)
 
     def __init__(self, features: list[str], rules: int = 4, smoothing_s: float = SMOOTHING_S) -> None:
         super().__init__()

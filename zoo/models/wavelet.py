@@ -1,6 +1,7 @@
 """The wavelet network of hui2016: one hidden layer of Morlet wavelets, each with a place and a width."""
 
 import math
+from typing import ClassVar
 
 import torch
 from torch import Generator, Tensor, cos, exp, float64, nn
@@ -72,6 +73,8 @@ class Wavelet(FeatureModel):
 
     Source: hui2016, whose network has no linear part; how many neurons is not given.
     """
+
+    linear_in: ClassVar[tuple[str, ...]] = ("output.weight", "linear.weight", "linear.bias")
 
     def __init__(self, features: list[str], hidden: int = 9, linear: bool = False, smoothing_s: float = SMOOTHING_S) -> None:
         super().__init__()

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, field
+from types import MappingProxyType
 from typing import Any
 
 import torch
@@ -12,6 +13,8 @@ from torch import Tensor
 from zoo.measurements.run import Run
 
 BEFORE = "uncompensated"
+WHOLE = "whole"
+"""The stage that is all of a run."""
 BAND = (0.05, 0.95)
 """Share of the seeds below the ends of a band."""
 
@@ -27,8 +30,8 @@ class Row:
         sample: which run.
         model: which method; `BEFORE` for none.
         paper: the printed value; None where the paper prints none.
-        ours: median over the seeds.
-        low: 5 % of the seeds are below.
+        ours: median over the seeds, or over what else there are several of.
+        low: 5 % of them are below.
         high: 5 % are above.
     """
 
@@ -70,18 +73,22 @@ class Study:
         runs: those that were fitted first.
         fitted: how many of them were fitted.
         left: by method, a tensor (E, N) a run: error less prediction in block means, of E seeds [output's unit].
+        others: the same methods, each fitted once to other data as well, by name.
     """
 
     runs: Sequence[Run]
     fitted: int
     left: Mapping[str, Sequence[Tensor]]
+    others: Mapping[str, Study] = field(default_factory=dict)
 
     @classmethod
-    def of(cls, runs: Sequence[Run], fitted: int, predicted: Mapping[str, Sequence[Tensor]]) -> Study:
+    def of(
+        cls, runs: Sequence[Run], fitted: int, predicted: Mapping[str, Sequence[Tensor]], others: Mapping[str, Study] = MappingProxyType({})
+    ) -> Study:
         """From predictions (E, N) by method and run [output's unit]."""
         errors = [run.block_mean(run.error) for run in runs]
         left = {name: [error - one for error, one in zip(errors, each, strict=True)] for name, each in predicted.items()}
-        return cls(runs, fitted, {BEFORE: [error.unsqueeze(0) for error in errors], **left})
+        return cls(runs, fitted, {BEFORE: [error.unsqueeze(0) for error in errors], **left}, others)
 
     @property
     def methods(self) -> list[str]:

@@ -63,7 +63,7 @@ def seeds_figure(methods: list[dict[str, Any]], uncompensated: float, floor: flo
     axes.plot([uncompensated * scale.factor], [rows - 1], "D", color=MEASURED, ms=8)
     _beside(axes, scale.text(uncompensated), uncompensated * scale.factor, rows - 1, MUTED)
     everything = [value * scale.factor for one in shown for value in (*one["by_seed"], *(one["rms"]["interval"] or ()))]
-    kind = _scaled(axes.xaxis, [*everything, floor * scale.factor, uncompensated * scale.factor])
+    kind = scaled(axes.xaxis, [*everything, floor * scale.factor, uncompensated * scale.factor])
     title = f"RMS over all runs [{scale.label}], {kind}"
     axes.annotate(title, (0, 1), (INDENT - NAMES, 10), "axes fraction", textcoords="offset points", fontsize=11, weight="bold")
     axes.set_yticks(range(rows), [*(_short(one["name"]) for one in shown), UNCOMPENSATED], color=INK)
@@ -124,7 +124,7 @@ def stages_figure(rows: list[dict[str, Any]], names: list[str], floors: dict[str
         if run in floors:
             axes.axhline(floors[run] * scale.factor, color=FLOOR, lw=1.4, zorder=1)
         levels = [value * scale.factor for row in chosen for name in colors for value in row[name]]
-        _scaled(axes.yaxis, [*levels, *([floors[run] * scale.factor] if run in floors else [])])
+        scaled(axes.yaxis, [*levels, *([floors[run] * scale.factor] if run in floors else [])])
         axes.set_xlim(-0.5, len(chosen) - 0.5)
         axes.set_xticks(range(len(chosen)), [row["stage"] for row in chosen])
         axes.grid(visible=False, axis="x")
@@ -132,7 +132,7 @@ def stages_figure(rows: list[dict[str, Any]], names: list[str], floors: dict[str
     return figure
 
 
-def _scaled(axis: Axis, values: list[float]) -> str:
+def scaled(axis: Axis, values: list[float]) -> str:
     """Sets one axis so that all values and what is written beside them fit, and says what kind it is."""
     from matplotlib.ticker import FuncFormatter, LogLocator, NullLocator
 

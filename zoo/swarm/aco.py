@@ -15,9 +15,9 @@ from dataclasses import dataclass
 from typing import Any, NamedTuple
 
 import torch
-from torch import Generator, Tensor
+from torch import Tensor
 
-from zoo.swarm.box import comparable, normal, picked, place, reflected, uniform
+from zoo.swarm.box import Chance, comparable, normal, picked, place, reflected, uniform
 from zoo.swarm.settings import chosen, within
 
 
@@ -76,7 +76,7 @@ class ACOState(NamedTuple):
         return self.archive_cost[..., 0]
 
 
-def init(low: Tensor, high: Tensor, particles: int, generator: Generator, steps: int = 100, **settings: Any) -> ACOState:
+def init(low: Tensor, high: Tensor, particles: int, generator: Chance, steps: int = 100, **settings: Any) -> ACOState:
     """Place a colony at random in a box.
 
     Args:
@@ -100,7 +100,7 @@ def ask(state: ACOState) -> Tensor:
     return state.position
 
 
-def tell(state: ACOState, cost: Tensor, generator: Generator) -> ACOState:
+def tell(state: ACOState, cost: Tensor, generator: Chance) -> ACOState:
     """Keep the best and send the ants out again, given the costs of the positions asked for.
 
     Args:
@@ -117,7 +117,7 @@ def tell(state: ACOState, cost: Tensor, generator: Generator) -> ACOState:
     return told._replace(position=_sampled(told, generator) if told.evaluations >= k else place(state.low, state.high, ants, generator))
 
 
-def _sampled(state: ACOState, generator: Generator) -> Tensor:
+def _sampled(state: ACOState, generator: Chance) -> Tensor:
     archive, s = state.archive, state.settings
     which = torch.searchsorted(state.ranks, uniform(state.position.shape[:-1], archive, generator))
     mean = picked(archive, which)

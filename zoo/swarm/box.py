@@ -2,13 +2,18 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Sequence
+
 import torch
 from torch import Generator, Tensor
 
 from zoo.errors import InputError
 
+Chance = Generator | Sequence[Generator]
+"""One source for all, or one for each swarm along the first axis, which then takes the path that it would take alone."""
 
-def place(low: Tensor, high: Tensor, particles: int, generator: Generator) -> Tensor:
+
+def place(low: Tensor, high: Tensor, particles: int, generator: Chance) -> Tensor:
     """(..., P, D) positions drawn uniformly in a box.
 
     Args:
@@ -54,11 +59,20 @@ def picked(position: Tensor, which: Tensor) -> Tensor:
     return position.gather(-2, which.unsqueeze(-1).expand(*which.shape, position.shape[-1]))
 
 
-def uniform(shape: tuple[int, ...] | torch.Size, like: Tensor, generator: Generator) -> Tensor:
+def uniform(shape: tuple[int, ...] | torch.Size, like: Tensor, generator: Chance) -> Tensor:
     """Numbers in [0, 1), drawn on the generator's device, so that a CPU generator gives a CUDA swarm the same path."""
-    return torch.rand(shape, generator=generator, dtype=like.dtype, device=generator.device).to(like.device)
+    return _drawn(torch.rand, shape, like, generator)
 
 
-def normal(shape: tuple[int, ...] | torch.Size, like: Tensor, generator: Generator) -> Tensor:
+def normal(shape: tuple[int, ...] | torch.Size, like: Tensor, generator: Chance) -> Tensor:
     """Standard normal numbers, drawn on the generator's device as well."""
-    return torch.randn(shape, generator=generator, dtype=like.dtype, device=generator.device).to(like.device)
+    return _drawn(torch.randn, shape, like, generator)
+
+
+def _drawn(draw: Callable[..., Tensor], shape: tuple[int, ...] | torch.Size, like: Tensor, generator: Chance) -> Tensor:
+    if isinstance(generator, Generator):
+        return draw(shape, generator=generator, dtype=like.dtype, device=generator.device).to(like.device)
+    numbers = torch.empty(shape, dtype=like.dtype, device=generator[0].device)
+    for own, one in zip(numbers, generator, strict=True):
+        draw(own.shape, generator=one, out=own)
+    return numbers.to(like.device)

@@ -23,9 +23,9 @@ from dataclasses import dataclass
 from typing import Any, NamedTuple
 
 import torch
-from torch import Generator, Tensor
+from torch import Tensor
 
-from zoo.swarm.box import best_of, comparable, place, reflected, uniform
+from zoo.swarm.box import Chance, best_of, comparable, place, reflected, uniform
 from zoo.swarm.settings import chosen, within
 
 
@@ -79,7 +79,7 @@ class PheromoneState(NamedTuple):
     settings: Settings
 
 
-def init(low: Tensor, high: Tensor, particles: int, generator: Generator, steps: int = 100, **settings: Any) -> PheromoneState:
+def init(low: Tensor, high: Tensor, particles: int, generator: Chance, steps: int = 100, **settings: Any) -> PheromoneState:
     """Place a colony at random in a box.
 
     Args:
@@ -104,7 +104,7 @@ def ask(state: PheromoneState) -> Tensor:
     return state.position
 
 
-def tell(state: PheromoneState, cost: Tensor, generator: Generator) -> PheromoneState:
+def tell(state: PheromoneState, cost: Tensor, generator: Chance) -> PheromoneState:
     """Move the ants, given the costs of the positions asked for.
 
     Args:
@@ -132,7 +132,7 @@ def _added(cost: Tensor, best: Tensor) -> Tensor:
     return torch.where(finite, torch.exp(-excess / mean.clamp(min=torch.finfo(cost.dtype).tiny)), 0.0)
 
 
-def _moved(state: PheromoneState, generator: Generator) -> Tensor:
+def _moved(state: PheromoneState, generator: Chance) -> Tensor:
     s, width = state.settings, (state.high - state.low).unsqueeze(-2)
     # P_i < P0, free of a division by a pheromone that is zero where no cost was finite.
     nearby = state.pheromone > (1 - s.threshold) * state.pheromone.amax(-1, keepdim=True)

@@ -11,9 +11,9 @@ from dataclasses import dataclass
 from typing import Any, NamedTuple
 
 import torch
-from torch import Generator, Tensor
+from torch import Tensor
 
-from zoo.swarm.box import best_of, comparable, place, reflected, uniform
+from zoo.swarm.box import Chance, best_of, comparable, place, reflected, uniform
 from zoo.swarm.settings import chosen, within
 
 
@@ -75,7 +75,7 @@ class PSOState(NamedTuple):
     settings: Settings
 
 
-def init(low: Tensor, high: Tensor, particles: int, generator: Generator, **settings: Any) -> PSOState:
+def init(low: Tensor, high: Tensor, particles: int, generator: Chance, **settings: Any) -> PSOState:
     """Place a swarm at random in a box.
 
     Args:
@@ -100,7 +100,7 @@ def ask(state: PSOState) -> Tensor:
     return state.position
 
 
-def tell(state: PSOState, cost: Tensor, generator: Generator) -> PSOState:
+def tell(state: PSOState, cost: Tensor, generator: Chance) -> PSOState:
     """Move the swarm, given the costs of the positions asked for.
 
     Args:
@@ -118,7 +118,7 @@ def tell(state: PSOState, cost: Tensor, generator: Generator) -> PSOState:
     return best._replace(position=position, speed=speed, step=state.step + 1, evaluations=state.evaluations + cost.shape[-1])
 
 
-def _moved(state: PSOState, own: Tensor, leader: Tensor, generator: Generator) -> tuple[Tensor, Tensor]:
+def _moved(state: PSOState, own: Tensor, leader: Tensor, generator: Chance) -> tuple[Tensor, Tensor]:
     s, x = state.settings, state.position
     inertia = s.inertia_start + (s.inertia_end - s.inertia_start) * min(state.step / s.steps, 1.0)
     speed = state.speed * (s.constriction * inertia)

@@ -1,25 +1,32 @@
 """Weights of small networks by damped Gauss–Newton steps (Levenberg–Marquardt), which end where a gradient's are still on the way.
 
 One step of weights w with residual r = target − f(w) and Jacobian J = df/dw solves (JᵀJ + λ·diag(s))·δ = Jᵀr (Marquardt 1963), s being the diagonal
-of JᵀJ. Any number of members takes its steps side by side, each with a λ of its own. Weights that f is linear in are damped like the others: left
-undamped, which makes δ that of variable projection as Kaufman (1975) simplified it, they gained in the first five steps, and then crept.
+of JᵀJ; λ follows the ratio of what a step gains to what it promised (Nielsen 1999, Damping parameter in Marquardt's method, IMM-REP-1999-05).
+Any number of members takes its steps side by side, each with a λ of its own.
+
+Wherever a step leads, the weights that f is linear in are solved for before it is judged, so that the search is one of the others, as in variable
+projection (Golub & Pereyra 1973). The step itself is that of all weights, all of them damped: with the linear ones undamped, which is Kaufman's
+(1975) step, networks got lower no sooner, and were caught in worse places.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable
+from functools import partial
 from typing import NamedTuple
 
 import torch
 from torch import Tensor
 
 from zoo.models.base import FeatureModel
-from zoo.training.weights import population_outputs, set_weights, weight_jacobian, weight_vector
+from zoo.training.linear_weights import LinearWeights
+from zoo.training.tape import Recorded
+from zoo.training.weights import ROWS_OF_COLUMNS, derivatives, set_weights, weight_vector
 
-FIRST, LEAST, MOST = 1e-2, 1e-9, 1e9
+FIRST, LEAST, MOST = 1e-2, 1e-12, 1e9
 """Damping over the diagonal of the normal matrix, at first and within what bounds."""
-RATIOS = (0.1, 1.0, 10.0)
-"""Dampings of one step over that of the last."""
+EASED, HARDER = 1 / 3, 2.0
+"""Least factor of the damping after a step that was taken; factor after the first that was not, and of that factor after each further one."""
 SETTLED = 1e-6
 """Share of the cost by which a step must lower it to be followed by another."""
 RIDGE = 1e-12
@@ -27,8 +34,8 @@ RIDGE = 1e-12
 
 Normal = Callable[[Tensor], tuple[Tensor, Tensor]]
 """(E, D) weights -> (E, D, D) JᵀJ and (E, D) Jᵀr."""
-Losses = Callable[[Tensor], Tensor]
-"""(E, P, D) weights -> (E, P) sums of squared residuals, in the units of JᵀJ."""
+Judge = Callable[[Tensor], tuple[Tensor, Tensor]]
+"""(E, D) weights -> (E, D) the same with the linear ones solved for, and (E,) sums of squared residuals, in the units of JᵀJ."""
 
 
 class Descent(NamedTuple):
@@ -38,6 +45,7 @@ class Descent(NamedTuple):
         weights: (E, D).
         losses: (E,) sums of squared residuals.
         damping: (E,) λ.
+        harder: (E,) by what factor λ grows should the next step lead up.
         settled: (E,) bool: has come to rest.
         steps: (E,) tried.
     """
@@ -45,56 +53,59 @@ class Descent(NamedTuple):
     weights: Tensor
     losses: Tensor
     damping: Tensor
+    harder: Tensor
     settled: Tensor
     steps: Tensor
 
 
-def begin(weights: Tensor, losses: Tensor) -> Descent:
+def begin(weights: Tensor, judge: Judge) -> Descent:
     """Members at rest nowhere yet.
 
     Args:
         weights: (E, D).
-        losses: (E,); a member whose cost is no number stays where it is.
+        judge: solves for the linear ones; a member whose cost is no number stays where it is.
     """
-    return Descent(weights, losses, torch.full_like(losses, FIRST), ~losses.isfinite(), torch.zeros_like(losses, dtype=torch.int64))
+    found, losses = judge(weights)
+    first, harder = torch.full_like(losses, FIRST), torch.full_like(losses, HARDER)
+    return Descent(found, losses, first, harder, ~losses.isfinite(), torch.zeros_like(losses, dtype=torch.int64))
 
 
-def step(state: Descent, normal: Normal, losses: Losses, settled: float = SETTLED) -> Descent:
+def step(state: Descent, normal: Normal, judge: Judge, settled: float = SETTLED) -> Descent:
     """One step of all that are not settled; none of them goes up.
 
     Args:
         state: the members.
         normal: gives the normal equations.
-        losses: judges the trials, one for each of `RATIOS`.
-        settled: share of its cost by which a step must lower it to be followed by another.
+        judge: of where the steps lead.
+        settled: share of its cost by which a step must lower it to be followed by another; one after a step that led up needn't.
     """
     active = (~state.settled).nonzero().squeeze(-1)
-    here, cost, damping = state.weights[active], state.losses[active], state.damping[active]
-    dampings = damping.unsqueeze(-1) * torch.tensor(RATIOS, dtype=here.dtype, device=here.device)
-    trials = here.unsqueeze(1) + _steps(*normal(here), dampings)
-    found, best = losses(trials).nan_to_num(nan=torch.inf).min(dim=-1)
-    gain, chosen = cost - found, best.unsqueeze(-1)
+    here, cost, damping, harder = (one[active] for one in (state.weights, state.losses, state.damping, state.harder))
+    matrix, slope = normal(here)
+    move = _moves(matrix, slope, damping)
+    trials, found = judge(here + move)
+    gain = cost - found.nan_to_num(nan=torch.inf)
+    promised = (move * (2 * slope - (matrix @ move.unsqueeze(-1)).squeeze(-1))).sum(-1)
     better = gain > 0
-    reached = torch.where(better.unsqueeze(-1), trials.gather(1, chosen.unsqueeze(-1).expand(-1, 1, here.shape[-1])).squeeze(1), here)
-    eased = torch.where(better, dampings.gather(1, chosen).squeeze(1).clamp_min(LEAST), damping * RATIOS[-1] ** 2)
-    rest = torch.where(better, gain < settled * cost, damping > MOST)
+    eased = (damping * (1 - (2 * gain / promised - 1) ** 3).clamp(EASED, HARDER)).clamp_min(LEAST)
+    rest = torch.where(better, (gain < settled * cost) & (harder == HARDER), damping > MOST)
     return Descent(
-        state.weights.index_copy(0, active, reached),
+        state.weights.index_copy(0, active, torch.where(better.unsqueeze(-1), trials, here)),
         state.losses.index_copy(0, active, torch.where(better, found, cost)),
-        state.damping.index_copy(0, active, eased),
+        state.damping.index_copy(0, active, torch.where(better, eased, damping * harder)),
+        state.harder.index_copy(0, active, torch.where(better, HARDER, HARDER * harder)),
         state.settled.index_copy(0, active, rest),
         state.steps.index_add(0, active, torch.ones_like(active)),
     )
 
 
-def _steps(normal: Tensor, slope: Tensor, dampings: Tensor) -> Tensor:
-    """(E, P, D) one step a damping (E, P)."""
+def _moves(normal: Tensor, slope: Tensor, damping: Tensor) -> Tensor:
+    """(E, D) one step of each member with its damping (E,)."""
     scale = normal.diagonal(dim1=-2, dim2=-1)
     floor = RIDGE * scale.amax(-1, keepdim=True) + 1e-300
-    added = dampings.unsqueeze(-1) * scale.clamp_min(floor).unsqueeze(1) + floor.unsqueeze(1)
+    added = damping.unsqueeze(-1) * scale.clamp_min(floor) + floor
     # A member without finite equations gets no step, and does not stop the others.
-    steps = torch.linalg.solve_ex(normal.unsqueeze(1) + torch.diag_embed(added), slope.unsqueeze(1).expand_as(added).unsqueeze(-1))[0]
-    return steps.squeeze(-1)
+    return torch.linalg.solve_ex(normal + torch.diag_embed(added), slope.unsqueeze(-1))[0].squeeze(-1)
 
 
 def descend(model: FeatureModel, features: Tensor, target: Tensor, weigh: Callable[[Tensor], Tensor], steps: int) -> float:
@@ -110,23 +121,26 @@ def descend(model: FeatureModel, features: Tensor, target: Tensor, weigh: Callab
     Returns:
         χ² at the end.
     """
+    linear, slopes = LinearWeights(model), Recorded(partial(derivatives, model))
 
-    def residuals(weights: Tensor) -> Tensor:
-        return weigh((target - population_outputs(model, weights, features)).mT).mT
+    def residual(outputs: Tensor) -> Tensor:
+        return weigh((target - outputs).mT)
 
     def normal(weights: Tensor) -> tuple[Tensor, Tensor]:
-        set_weights(model, weights[0])
-        jacobian = weigh(weight_jacobian(model, features))
-        return (jacobian.mT @ jacobian).unsqueeze(0), residuals(weights) @ jacobian
+        pieces = [slopes(weights, rows) for rows in features.split(ROWS_OF_COLUMNS)]
+        outputs, columns = (torch.cat(parts, dim=-1) for parts in zip(*pieces, strict=True))
+        jacobian = weigh(columns[0].mT)
+        return (jacobian.mT @ jacobian).unsqueeze(0), residual(outputs).mT @ jacobian
 
-    def losses(weights: Tensor) -> Tensor:
-        return residuals(weights[0]).square().sum(dim=-1).unsqueeze(0)
+    def judge(weights: Tensor) -> tuple[Tensor, Tensor]:
+        outputs, columns = linear.columns(weights, features)
+        left, ways = residual(outputs), weigh(columns[0].mT)
+        return linear.solved(weights, left.square().sum(0), left.mT @ ways, (ways.mT @ ways).unsqueeze(0))
 
-    here = weight_vector(model).unsqueeze(0)
-    state = begin(here, losses(here.unsqueeze(0))[0])
+    state = begin(weight_vector(model).unsqueeze(0), judge)
     for _ in range(steps):
         if bool(state.settled.all()):
             break
-        state = step(state, normal, losses)
+        state = step(state, normal, judge)
     set_weights(model, state.weights[0])
     return float(state.losses[0])

@@ -34,6 +34,8 @@ class DualSolve:
         kernel: what was chosen, after a fit.
     """
 
+    follows_device = True
+
     def __init__(self, folds: str = "block", tuned_on: int = 1000, exact_to: int = 20_000, landmarks: int = 1000) -> None:
         """Remember.
 

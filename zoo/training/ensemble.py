@@ -8,7 +8,7 @@ import torch
 from torch import Tensor, nn
 
 from zoo.models.base import FeatureModel
-from zoo.training.problem import losses_and_slopes
+from zoo.training.slopes import Slopes
 from zoo.training.weights import member_outputs, set_weights, weight_vector
 
 
@@ -32,6 +32,7 @@ class Ensemble(nn.Module):
     def __init__(self, model: FeatureModel, members: int) -> None:
         super().__init__()
         self.net = copy.deepcopy(model).requires_grad_(False)
+        self._slopes = Slopes(self.net)
         self.weights = nn.Parameter(weight_vector(model).repeat(members, 1))
         self.register_buffer("done", torch.zeros(members, dtype=torch.bool))
         self.register_buffer("steps", torch.zeros(members, dtype=torch.int64))
@@ -56,7 +57,7 @@ class Ensemble(nn.Module):
         self._before = self.weights.detach().clone()
         index = (~self.done).nonzero().squeeze(-1)
         own = (features[index], error[index]) if features.ndim == 3 else (features, error)
-        losses, slopes = losses_and_slopes(self.net, self._before[index], *own, scale)
+        losses, slopes = (one / scale**2 for one in self._slopes(self._before[index], *own))
         self.latest = self.latest.index_copy(0, index, losses)
         return (self.weights * torch.zeros_like(self._before).index_copy(0, index, slopes)).sum(), self.latest
 

@@ -137,6 +137,8 @@ def _fit_planes(model: TakagiSugeno, features: Tensor, target: Tensor, centre: T
 class GustafsonKessel:
     """Optimizer of Takagi–Sugeno models."""
 
+    follows_device = True
+
     def __init__(self, **settings: Any) -> None:
         """Remember.
 

@@ -25,6 +25,8 @@ class LeastSquares:
     fine grid and averaged then, as they are when the model is judged: the mean of a power is not the power of a mean, least of all of a rate.
     """
 
+    follows_device = True
+
     def fit(self, model: Model, runs: Sequence[Run], generator: Generator) -> int:
         """Fit a model in place.
 

@@ -8,7 +8,7 @@ from typing import Any
 from torch import Tensor
 
 from zoo.errors import InputError
-from zoo.training.damped_steps import RATIOS, Descent, begin, step
+from zoo.training.damped_steps import Descent, begin, step
 from zoo.training.problem import Problem
 
 
@@ -34,15 +34,15 @@ class LevenbergMarquardt:
     def start(self, problem: Problem, weights: Tensor | None, seeds: Iterable[int]) -> Descent:
         """From (E, D) weights."""
         assert weights is not None
-        return begin(weights, problem.losses(weights))
+        return begin(weights, problem.solved)
 
     def step(self, problem: Problem, state: Descent) -> Descent:
         """One of each member that has not settled."""
-        return step(state, problem.normal_equations, problem.losses, self.settled)
+        return step(state, problem.normal_equations, problem.solved, self.settled)
 
     def evaluations(self, state: Descent) -> list[int]:
-        """Of the network by each member: a Jacobian and the trials in each step."""
-        return [1 + (1 + len(RATIOS)) * steps for steps in state.steps.tolist()]
+        """Of the network by each member: a Jacobian and a trial in each step."""
+        return [1 + 2 * steps for steps in state.steps.tolist()]
 
     def steps_of(self, state: Descent) -> list[int]:
         """Tried by each member."""

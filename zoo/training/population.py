@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from contextlib import nullcontext
+from functools import partial
 from typing import Any
 
 import torch
@@ -12,9 +13,9 @@ from torch.func import vmap
 from torch.overrides import TorchFunctionMode
 
 from zoo.models.base import FeatureModel
-from zoo.training.tape import Tape
+from zoo.training.tape import Recorded
 
-AT_ONCE = {"cpu": (16, 2048), "cuda": (256, 16_384)}
+AT_ONCE = {"cpu": (24, 2048), "cuda": (256, 16_384)}
 """Particles and samples in one pass: what passes between a small net's layers then stays in a core's cache; a GPU wants to be filled instead."""
 
 
@@ -49,11 +50,11 @@ class Population:
             features: (M, F), for which `FeatureModel.head` gives one output a row.
         """
         self.model = model
-        particles, samples = AT_ONCE["cuda" if features.is_cuda else "cpu"]
-        self.parts, self.rows = features.split(_even(len(features), samples)), particles * samples
+        rows, self.particles = parts_of(features, len(features))
+        self.parts = features.split(rows)
         self.shapes = {id(parameter): (parameter.shape, parameter.numel()) for parameter in model.parameters()}
         self.places = [(module, name, value) for module in model.modules() for name, value in module._parameters.items() if value is not None]
-        self.passes: dict[tuple[int, int], Tape | None] = {}
+        self.passes = [Recorded(partial(self._batched, part)) for part in self.parts]
 
     def outputs(self, weights: Tensor) -> Tensor:
         """(P, D) weights, ordered as `zoo.training.weights.weight_vector` does, -> (P, M) predicted errors [output's unit]."""
@@ -70,22 +71,13 @@ class Population:
             (P, ...).
         """
         with torch.no_grad():
-            some = weights.split(_even(len(weights), max(self.rows // len(self.parts[0]), 1)))
-            return torch.cat([cost(torch.cat([self._pass(few, part) for part in range(len(self.parts))], dim=-1)) for few in some])
+            some = weights.split(even(len(weights), self.particles))
+            return torch.cat([cost(torch.cat([outputs(few) for outputs in self.passes], dim=-1)) for few in some])
 
-    def _pass(self, weights: Tensor, part: int) -> Tensor:
+    def _batched(self, features: Tensor, weights: Tensor) -> Tensor:
         """(p, D) weights -> (p, m) outputs for one part of the samples."""
-        key = len(weights), part
-        if key not in self.passes:
-            self.passes[key] = None  # What comes only once is not worth recording.
-            return self._batched(weights, part)
-        tape = self.passes[key] or Tape(lambda some: self._batched(some, part), weights)
-        self.passes[key] = tape
-        return tape(weights)
-
-    def _batched(self, weights: Tensor, part: int) -> Tensor:
         with nullcontext() if weights.is_cuda else _Faster():
-            outputs: Tensor = vmap(self._single, in_dims=(0, None))(weights, self.parts[part])
+            outputs: Tensor = vmap(self._single, in_dims=(0, None))(weights, features)
         return outputs
 
     def _single(self, weights: Tensor, features: Tensor) -> Tensor:
@@ -101,7 +93,14 @@ class Population:
                 module._parameters[name] = own
 
 
-def _even(total: int, most: int) -> int:
+def parts_of(features: Tensor, samples: int) -> tuple[int, int]:
+    """Rows of one part of so many samples, and how many particles go with them."""
+    particles, most = AT_ONCE["cuda" if features.is_cuda else "cpu"]
+    rows = even(samples, most)
+    return rows, max(particles * most // rows, 1)
+
+
+def even(total: int, most: int) -> int:
     """The size of the fewest parts, as equal as can be, of at most so many."""
     parts = -(-total // most)
     return max(-(-total // max(parts, 1)), 1)

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Sequence
+from functools import partial
 
 import torch
 from torch import Tensor
@@ -12,7 +13,13 @@ from zoo.measurements.datamodule import RunsDataModule
 from zoo.measurements.run import Run
 from zoo.models.base import FeatureModel
 from zoo.models.prediction import block_features
-from zoo.training.weights import ROWS_AT_ONCE, member_outputs, outputs_and_slopes, population_outputs, weight_vector
+from zoo.training.linear_weights import LinearWeights
+from zoo.training.population import Population, even
+from zoo.training.tape import Recorded
+from zoo.training.weights import ROWS_OF_COLUMNS, derivatives, weight_vector
+
+Columns = Callable[[Tensor, Tensor], tuple[Tensor, Tensor]]
+"""(E, D) weights and (M, F) features -> (E, M) outputs and (E, K, M) derivatives."""
 
 
 class Problem:
@@ -30,6 +37,8 @@ class Problem:
         self.model, self.features, self.error = model, features, error
         self.scale = spread(error)
         self.size = len(weight_vector(model))
+        self.population, self.linear = Population(model, features), LinearWeights(model)
+        self._derivatives = Recorded(partial(derivatives, model))
 
     @classmethod
     def of_runs(cls, model: FeatureModel, runs: Sequence[Run], device: str = "cpu") -> Problem:
@@ -45,8 +54,7 @@ class Problem:
 
     def losses(self, weights: Tensor) -> Tensor:
         """(..., D) weights -> (...) losses; memory does not grow with their number."""
-        pieces = chunks(weights.reshape(-1, self.size), self.features)
-        lengths = torch.cat([vector_norm(self.error - population_outputs(self.model, some, self.features), dim=-1) for some in pieces]) / self.scale
+        lengths = self.population.costs(weights.reshape(-1, self.size), lambda some: vector_norm(self.error - some, dim=-1)) / self.scale
         return (lengths.square() / len(self.error)).view(weights.shape[:-1])
 
     def normal_equations(self, weights: Tensor) -> tuple[Tensor, Tensor]:
@@ -58,52 +66,42 @@ class Problem:
         Returns:
             (E, D, D) and (E, D), J being the derivative of the outputs and r the residual, both in units of the error's spread and over √M.
         """
-        found = [self._normal_equations(some) for some in chunks(weights, self.features)]
-        return torch.cat([one for one, _ in found]), torch.cat([one for _, one in found])
-
-    def _normal_equations(self, weights: Tensor) -> tuple[Tensor, Tensor]:
-        count, unit = len(weights), self.scale * len(self.error) ** 0.5
-        normal, slope = weights.new_zeros(count, self.size, self.size), weights.new_zeros(count, self.size)
-        for features, error in zip(self.features.split(ROWS_AT_ONCE), self.error.split(ROWS_AT_ONCE), strict=True):
-            rows = weights.repeat_interleave(len(features), dim=0)
-            outputs, slopes = outputs_and_slopes(self.model, rows, features.repeat(count, 1))
-            jacobian = slopes.view(count, -1, self.size) / unit
-            normal += jacobian.mT @ jacobian
-            slope += (jacobian.mT @ ((error - outputs.view(count, -1)) / unit).unsqueeze(-1)).squeeze(-1)
+        normal, slope, _ = self._summed(weights, self._derivatives, self.size)
         return normal, slope
+
+    def solved(self, weights: Tensor) -> tuple[Tensor, Tensor]:
+        """Weights with those that the model is linear in solved for, see `zoo.training.linear_weights`; in bounded memory.
+
+        Args:
+            weights: (E, D).
+
+        Returns:
+            (E, D) weights and (E,) losses.
+        """
+        linear = len(self.linear.index)
+        if not linear:
+            return weights, self.losses(weights)
+        normal, slope, square = self._summed(weights, self.linear.columns, linear)
+        return self.linear.solved(weights, square, slope, normal)
+
+    def _summed(self, weights: Tensor, columns: Columns, size: int) -> tuple[Tensor, Tensor, Tensor]:
+        """(E, K, K) AᵀA, (E, K) Aᵀr and (E,) rᵀr of the residual r and some of its columns A, in units of the error's spread and over √M."""
+        rows = even(len(self.features), ROWS_OF_COLUMNS)
+        members = max(ROWS_OF_COLUMNS // rows, 1)
+        found = []
+        for some in weights.split(even(len(weights), members)):
+            normal, slope, square = some.new_zeros(len(some), size, size), some.new_zeros(len(some), size), some.new_zeros(len(some))
+            for features, error in zip(self.features.split(rows), self.error.split(rows), strict=True):
+                outputs, ways = columns(some, features)
+                residual = (error - outputs).unsqueeze(-1)
+                normal += ways @ ways.mT
+                slope += (ways @ residual).squeeze(-1)
+                square += residual.square().sum((-2, -1))
+            found.append((normal, slope, square))
+        normal, slope, square = (torch.cat(parts) / (self.scale**2 * len(self.error)) for parts in zip(*found, strict=True))
+        return normal, slope, square
 
 
 def spread(error: Tensor) -> float:
     """Unit of the loss: standard deviation of (M,) errors [output's unit], or 1 where they never change."""
     return float(error.std(correction=0)) or 1.0
-
-
-def chunks(weights: Tensor, features: Tensor) -> Iterator[Tensor]:
-    """(P, D) weights in pieces of as many as are best evaluated on (..., M, F) features at once."""
-    return iter(weights.split(max(ROWS_AT_ONCE // max(features.shape[-2], 1), 1)))
-
-
-def losses_and_slopes(model: FeatureModel, weights: Tensor, features: Tensor, error: Tensor, scale: float) -> tuple[Tensor, Tensor]:
-    """Losses of several members of an ensemble and their gradients, in bounded memory.
-
-    Args:
-        model: lends its structure and its buffers.
-        weights: (E, D).
-        features: (M, F) of all members, or (E, M, F) of each.
-        error: (M,) or (E, M) [output's unit].
-        scale: unit of the loss [output's unit].
-
-    Returns:
-        (E,) mean squared errors and (E, D) their derivatives.
-    """
-    found, start = [], 0
-    for some in chunks(weights.detach(), features):
-        own = slice(start, start + len(some))
-        here = some.clone().requires_grad_()
-        with torch.enable_grad():
-            predicted = member_outputs(model, here, features[own] if features.ndim == 3 else features)
-            losses = ((predicted - (error[own] if error.ndim == 2 else error)) / scale).square().mean(-1)
-            (slopes,) = torch.autograd.grad(losses.sum(), here)
-        found.append((losses.detach(), slopes))
-        start = own.stop
-    return torch.cat([one for one, _ in found]), torch.cat([one for _, one in found])

@@ -48,7 +48,8 @@ class Fitter(Protocol):
     """An optimizer that is no gradient descent: it fits the model by itself.
 
     It may have ``physical(unit)``, what it knows of parameters, and ``largest_tensor(blocks)``, how many values the largest tensor that it works on
-    has, where that is far from a small net's: the number of threads goes by it.
+    has, where that is far from a small net's: the number of threads goes by it. One with ``follows_device = True`` gets model and runs on the device
+    that was chosen, any other on the CPU.
     """
 
     def fit(self, model: Model, runs: Sequence[Run], generator: Generator) -> int | None:
@@ -109,7 +110,7 @@ def train(
     every = range(seed, seed + seeds)
     with quiet_lightning(), _no_half_curve(out / EVENTS), threads_for(_largest_tensor(optimizer, runs)):
         if hasattr(optimizer, "fit"):
-            members = _fit_by_itself(model, runs, cast(Fitter, optimizer), every, out)
+            members = _fit_by_itself(model, runs, cast(Fitter, optimizer), every, device, out)
         else:
             schedule = Schedule(epochs, goal, device, batch_size, resume, settings)
             start = init or RandomInit(seed)
@@ -171,9 +172,13 @@ def _drawing(init: Callback, who: str) -> Init:
     return init
 
 
-def _fit_by_itself(model: Model, runs: Sequence[Run], fitter: Fitter, seeds: range, out: Path) -> list[Member]:
+def _fit_by_itself(model: Model, runs: Sequence[Run], fitter: Fitter, seeds: range, device: str, out: Path) -> list[Member]:
+    place = device if getattr(fitter, "follows_device", False) else "cpu"
+    there = runs if place == "cpu" else [run.to(place) for run in runs]
+
     def alone(one: Model, seed: int) -> Member:
-        evaluations = fitter.fit(one, runs, torch.Generator().manual_seed(seed))
+        evaluations = fitter.fit(one.to(place), there, torch.Generator().manual_seed(seed))
+        one.cpu()
         told = {"physical": fitter.physical(runs[0].unit)} if hasattr(fitter, "physical") else {}
         save_fitted(Training(one), out)
         return Member.of(seed, one, epochs=None, evaluations=evaluations, loss=None, **told)

@@ -38,11 +38,11 @@ class SwarmFit:
 
     def evaluations(self, state: Searched) -> list[int]:
         """Of the network by each member."""
-        return [int(one.evaluations) for one in state.swarms]
+        return [self.search.particles * steps for steps in self.steps_of(state)]
 
     def steps_of(self, state: Searched) -> list[int]:
         """Evaluations of its whole population by each member."""
-        return [evaluations // self.search.particles for evaluations in self.evaluations(state)]
+        return list(state.steps.tolist())
 
     def kept(self, state: Searched) -> None:
         """Nothing: a swarm's state is its algorithm's own."""

@@ -41,5 +41,5 @@ class SwarmInit(Init):
                 advance()
         if not state.losses.isfinite().any():
             raise WorkError(f"init: the swarm found no weights with a finite loss within ±{self.search.reach:g}")
-        self.evaluations = state.evaluations
+        self.evaluations = self.search.particles * self.search.steps
         return state.weights

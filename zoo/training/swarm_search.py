@@ -16,36 +16,26 @@ class Searched(NamedTuple):
     """Swarms on their way.
 
     Attributes:
-        swarms: the state of each member's swarm.
+        swarms: state of all swarms, along the first axis.
         chance: source of chance of each.
         settled: (E,) bool: need not go on.
+        weights: (E, D) the best that each has found before it was settled.
+        losses: (E,) and their losses.
+        steps: (E,) evaluations of its whole population by each.
     """
 
-    swarms: list[Any]
+    swarms: Any
     chance: list[Generator]
     settled: Tensor
-
-    @property
-    def weights(self) -> Tensor:
-        """(E, D) the best that each has found."""
-        return torch.stack([one.leader for one in self.swarms])
-
-    @property
-    def losses(self) -> Tensor:
-        """(E,) and their losses."""
-        return torch.stack([one.leader_cost for one in self.swarms])
-
-    @property
-    def evaluations(self) -> int:
-        """Of the network, by each."""
-        return int(self.swarms[0].evaluations)
+    weights: Tensor
+    losses: Tensor
+    steps: Tensor
 
 
 class SwarmSearch:
     """A search of the box ±reach of all weights.
 
-    All members' populations are evaluated together. What little else there is to a swarm's step is done one member after another, each with its
-    own source of chance, so that a member finds what it would find alone.
+    All members' swarms move together, each with its own source of chance, so that a member finds what it would find alone.
     """
 
     def __init__(self, algorithm: SwarmAlgorithm, particles: int, steps: int, reach: float, **settings: Any) -> None:
@@ -55,17 +45,21 @@ class SwarmSearch:
 
     def start(self, problem: Problem, seeds: Iterable[int]) -> Searched:
         """Place one swarm a seed."""
-        edge = problem.features.new_full((problem.size,), self.reach)
         chance = [torch.Generator().manual_seed(seed) for seed in seeds]
-        swarms = [self.algorithm.init(-edge, edge, self.particles, one, **self.settings) for one in chance]
-        return Searched(swarms, chance, torch.zeros(len(swarms), dtype=torch.bool, device=edge.device))
+        edge = problem.features.new_full((len(chance), problem.size), self.reach)
+        swarms = self.algorithm.init(-edge, edge, self.particles, chance, **self.settings)
+        settled = torch.zeros(len(chance), dtype=torch.bool, device=edge.device)
+        return Searched(swarms, chance, settled, swarms.leader, swarms.leader_cost, torch.zeros_like(settled, dtype=torch.int64))
 
     def step(self, problem: Problem, state: Searched) -> Searched:
-        """One evaluation of all populations but those that are settled."""
-        active = (~state.settled).nonzero().squeeze(-1).tolist()
-        swarms = list(state.swarms)
-        with torch.no_grad():
-            costs = problem.losses(torch.stack([self.algorithm.ask(swarms[k]) for k in active]))
-            for k, cost in zip(active, costs.unbind(), strict=True):
-                swarms[k] = self.algorithm.tell(swarms[k], cost, state.chance[k])
-        return state._replace(swarms=swarms)
+        """One evaluation of all populations but those that are settled, which move on unseen."""
+        asked, settled = self.algorithm.ask(state.swarms), state.settled
+        active = (~settled).nonzero().squeeze(-1)
+        losses = asked.new_full(asked.shape[:-1], torch.inf).index_copy(0, active, problem.losses(asked[active]))
+        swarms = self.algorithm.tell(state.swarms, losses, state.chance)
+        return state._replace(
+            swarms=swarms,
+            weights=torch.where(settled.unsqueeze(-1), state.weights, swarms.leader),
+            losses=torch.where(settled, state.losses, swarms.leader_cost),
+            steps=state.steps + ~settled,
+        )

@@ -1,4 +1,4 @@
-"""A pass through a model as the plain list of its tensor operations."""
+"""A function of tensors as the plain list of its operations."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from torch.utils._python_dispatch import TorchDispatchMode
 
 
 class _Slot(NamedTuple):
-    """Stands for a tensor that depends on the input."""
+    """Stands for a tensor that depends on the inputs."""
 
     number: int
 
@@ -26,52 +26,54 @@ class _Played(NamedTuple):
 
 
 class Tape(TorchDispatchMode):
-    """Records a function of one tensor, for inputs of one shape, and plays it without the Python code and the vmap that made it.
+    """Records a function of tensors, for inputs of one shape, and plays it without the Python code, the vmap and the gradient's graph that made it.
 
-    For small tensors these take several times as long as the arithmetic. What does not depend on the input is computed once. The function must be
-    one of its input alone: deterministic, and without a branch on the input's values, which vmap forbids as well.
+    For small tensors these take several times as long as the arithmetic. What does not depend on the inputs is computed once. The function must be
+    one of its inputs alone: deterministic, and without a branch on their values, which vmap forbids as well. One that writes what depends on its
+    inputs into something that does not is not recorded but called every time.
     """
 
-    def __init__(self, function: Callable[[Tensor], Tensor], value: Tensor) -> None:
+    def __init__(self, function: Callable[..., Any], *values: Tensor) -> None:
         """Record.
 
         Args:
-            function: of a tensor, to a tensor.
-            value: an input; others must have its shape.
+            function: of tensors, to a tensor or a tuple of tensors.
+            *values: inputs; others must have their shapes and be as contiguous.
         """
         super().__init__()
-        self.slots = {id(value): 0}
+        self.function, self.faithful = function, True
+        self.slots = {_place(value): number for number, value in enumerate(values)}
         self.played: list[_Played] = []
-        self.seen: list[Any] = [value]  # Kept while recording: an id is a tensor's own only as long as it lives.
-        self.made = 1
+        self.seen: list[Any] = [values]  # Kept while recording: a place is a tensor's own only as long as it lives.
+        self.made = len(values)
         with self:
-            self.first = function(value)
-        self.last = self._slotted(self.first)
+            found = function(*values)
+        self.last = self._slotted(found)
         self._forget_early()
         self.slots, self.seen = {}, []
 
     def __torch_dispatch__(self, func: Any, types: Any, args: Any = (), kwargs: Any = None) -> Any:
-        result = func(*args, **(kwargs or {}))
-        if _same_view(result, args):
-            self.seen.append(result)
-            if id(args[0]) in self.slots:
-                self.slots[id(result)] = self.slots[id(args[0])]
-            return result
-        self.seen.append((args, kwargs, result))
         given = [self._slotted(one) for one in args]
         named = {name: self._slotted(one) for name, one in (kwargs or {}).items()}
+        result = func(*args, **(kwargs or {}))
+        self.seen.append((args, kwargs, result))
+        changes = func._schema.is_mutable
+        if isinstance(result, Tensor) and not changes and _place(result) in self.slots:
+            return result  # Only another name for what is there, as a tensor expanded to its own size.
         if any(_slots([*given, *named.values()])):
             several = result if isinstance(result, list | tuple) else [result]
             made = list(range(self.made, self.made + len(several)))
             self.made += len(made)
-            self.slots |= {id(one): slot for one, slot in zip(several, made, strict=True)}
+            self.faithful &= not changes or type(given[0]) is _Slot
+            self.slots |= {_place(one): slot for one, slot in zip(several, made, strict=True) if isinstance(one, Tensor)}
             self.played.append(_Played(func, given, named, made, []))
         return result
 
-    def __call__(self, value: Tensor) -> Tensor:
-        """The function of another input of the same shape."""
-        values: list[Any] = [None] * self.made
-        values[0] = value
+    def __call__(self, *inputs: Tensor) -> Any:
+        """The function of other inputs of the same shapes."""
+        if not self.faithful:
+            return self.function(*inputs)
+        values: list[Any] = [*inputs, *[None] * (self.made - len(inputs))]
         for operation, args, kwargs, results, spent in self.played:
             result = operation(*_filled(args, values), **{name: _filled([one], values)[0] for name, one in kwargs.items()})
             if isinstance(result, list | tuple):
@@ -80,13 +82,12 @@ class Tape(TorchDispatchMode):
                 values[results[0]] = result
             for slot in spent:
                 values[slot] = None
-        output: Tensor = _filled([self.last], values)[0]
-        return output
+        return _filled([self.last], values)[0]
 
     def _slotted(self, value: Any) -> Any:
         if isinstance(value, list | tuple):
             return [self._slotted(one) for one in value]
-        return _Slot(self.slots[id(value)]) if isinstance(value, Tensor) and id(value) in self.slots else value
+        return _Slot(self.slots[_place(value)]) if isinstance(value, Tensor) and _place(value) in self.slots else value
 
     def _forget_early(self) -> None:
         # Memory that is free again is used again while it is in the cache.
@@ -97,12 +98,33 @@ class Tape(TorchDispatchMode):
             needed |= mentioned
 
 
-def _same_view(result: Any, args: Any) -> bool:
-    """Whether an operation only gives its first argument another name, as expanding to the same size does."""
-    if not (isinstance(result, Tensor) and args and isinstance(args[0], Tensor)) or result is args[0]:
-        return False
-    one, other = result, args[0]
-    return one.data_ptr() == other.data_ptr() and (one.shape, one.stride(), one.dtype) == (other.shape, other.stride(), other.dtype)
+class Recorded:
+    """A function of tensors that is played from a tape for inputs of shapes that come again; what comes only once is not worth recording."""
+
+    def __init__(self, function: Callable[..., Any]) -> None:
+        """Prepare.
+
+        Args:
+            function: see `Tape`.
+        """
+        self.function = function
+        self.tapes: dict[tuple[Any, ...], Tape | None] = {}
+
+    def __call__(self, *inputs: Tensor) -> Any:
+        """The function of some inputs."""
+        given = [one.contiguous() for one in inputs]
+        key = tuple(one.shape for one in given)
+        if key not in self.tapes:
+            self.tapes[key] = None
+            return self.function(*given)
+        tape = self.tapes[key] or Tape(self.function, *given)
+        self.tapes[key] = tape
+        return tape(*given)
+
+
+def _place(tensor: Tensor) -> tuple[Any, ...]:
+    """Where a tensor lies in memory: the same for all its names, of which what a gradient keeps for itself is one."""
+    return tensor.data_ptr(), tensor.shape, tensor.stride(), tensor.dtype
 
 
 def _slots(values: list[Any]) -> list[_Slot]:
