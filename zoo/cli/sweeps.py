@@ -73,7 +73,7 @@ class Sweep:
         if self.config.hydra.job.name in REPEATABLE:
             tell_results(self.config, self.folder, outcomes)
         codes = [1 if one.code is None else one.code for one in outcomes.values()]
-        if any(codes):
+        if {1, 2} & {*codes}:
             tell_failed(outcomes)
         if 1 in codes:  # wrong settings would be wrong again
             self.tell_how_to_go_on()
@@ -138,7 +138,8 @@ def sweep_told(codes: list[int]) -> Iterator[None]:
         raise
     except KeyboardInterrupt:
         for sweep in _under_way:
-            sweep.tell_how_to_go_on()
+            if any(one.code == 0 for one in read_outcomes(sweep.folder, sweep.name).values()):
+                sweep.tell_how_to_go_on()
         raise
     else:
         for sweep in _under_way:
