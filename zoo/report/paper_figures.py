@@ -24,8 +24,10 @@ MARGIN = 0.25
 """Free space above and below a measured curve, of its range."""
 FAR = 1000.0
 """A size this many times the middle one, or a part of it, is off the scale."""
-LONGEST = 14
-"""Letters of a method's name on a line."""
+LETTER = 8
+"""Width of a letter under an axis [px]."""
+LINES = (*COLORS[:-1], "#882255")
+"""Of curves: yellow is too light for them."""
 
 
 def drift_figure(study: Study, unit: str) -> Figure:
@@ -85,7 +87,8 @@ def table_figure(rows: list[Row], quantity: str, stage: str) -> Figure:
         x = models.index(row.model) + (place - (len(samples) - 1) / 2) * 0.8 / max(len(samples), 1)
         _mark(axes, x, row, list(names.values())[place], (low, high))
     _logarithmic(axes, low, high)
-    axes.set_xticks(range(len(models)), [fill(model, LONGEST) for model in models])
+    letters = (WIDTH - LEFT - 14) // (len(models) * LETTER)
+    axes.set_xticks(range(len(models)), ["before" if model == BEFORE else fill(model, letters, break_long_words=False) for model in models])
     axes.grid(visible=False, axis="x")
     return figure
 
@@ -99,7 +102,7 @@ def _single(colors: dict[str, str], title: str, below: int = 0) -> tuple[Figure,
 
 
 def _colors(names: list[str]) -> dict[str, str]:
-    return {name: COLORS[place % len(COLORS)] for place, name in enumerate(names)}
+    return {name: LINES[place % len(LINES)] for place, name in enumerate(names)}
 
 
 def _around(values: np.ndarray) -> tuple[float, float]:
