@@ -111,7 +111,7 @@ def test_losses_of_parts_add_up_to_the_loss(make_run, monkeypatch) -> None:
     torch.testing.assert_close(problem.losses_of_parts(grouped).sum(-2), problem.losses(weights), rtol=1e-12, atol=0)
     whole, predicted = problem.losses_of_parts(grouped), problem.population.outputs(weights[0])
     torch.testing.assert_close(predicted, population_outputs(model, weights[0], problem.features), rtol=1e-9, atol=1e-9)
-    monkeypatch.setattr(problems, "ROWS_AT_ONCE", 31)
+    monkeypatch.setattr(problems, "ROWS_OF_COLUMNS", 31)
     torch.testing.assert_close(problem.losses_of_parts(grouped), whole, rtol=1e-12, atol=0)
 
 
