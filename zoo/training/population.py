@@ -14,7 +14,7 @@ from torch.overrides import TorchFunctionMode
 from zoo.models.base import FeatureModel
 from zoo.training.tape import Tape
 
-AT_ONCE = {"cpu": (16, 2048), "cuda": (256, 16_384)}
+AT_ONCE = {"cpu": (16, 1024), "cuda": (256, 16_384)}
 """Particles and samples in one pass: what passes between a small net's layers then stays in a core's cache; a GPU wants to be filled instead."""
 
 
@@ -27,11 +27,11 @@ class _Faster(TorchFunctionMode):
 
     def __torch_function__(self, func: Any, types: Any, args: Any = (), kwargs: Any = None) -> Any:
         if func in (torch.tanh, Tensor.tanh) and not kwargs:
-            return (2 * args[0]).sigmoid_().mul_(2).sub_(1)
+            return 2 * (2 * args[0]).sigmoid() - 1
         if func is nn.functional.linear and not kwargs and args[0].dim() == 2:
             value, weight, bias = args if len(args) == 3 else (*args, None)
             nodes = weight @ value.mT
-            return (nodes if bias is None else nodes.add_(bias.unsqueeze(-1))).mT
+            return (nodes if bias is None else nodes + bias.unsqueeze(-1)).mT
         return func(*args, **(kwargs or {}))
 
 
@@ -53,7 +53,7 @@ class Population:
         self.parts, self.rows = features.split(_even(len(features), samples)), particles * samples
         self.shapes = {id(parameter): (parameter.shape, parameter.numel()) for parameter in model.parameters()}
         self.places = [(module, name, value) for module in model.modules() for name, value in module._parameters.items() if value is not None]
-        self.passes: dict[tuple[int, int], Tape | None] = {}
+        self.passes: dict[int, Tape | None] = {}
 
     def outputs(self, weights: Tensor) -> Tensor:
         """(P, D) weights, ordered as `zoo.training.weights.weight_vector` does, -> (P, M) predicted errors [output's unit]."""
@@ -70,22 +70,32 @@ class Population:
             (P, ...).
         """
         with torch.no_grad():
-            some = weights.split(_even(len(weights), max(self.rows // len(self.parts[0]), 1)))
-            return torch.cat([cost(torch.cat([self._pass(few, part) for part in range(len(self.parts))], dim=-1)) for few in some])
+            at_once = _even(len(weights), max(self.rows // len(self.parts[0]), 1))
+            first = cost(self._pass(weights[:at_once]))
+            if at_once >= len(weights):
+                return first.clone()
+            costs = first.new_empty(len(weights), *first.shape[1:])
+            costs[:at_once] = first
+            for start in range(at_once, len(weights), at_once):
+                costs[start : start + at_once] = cost(self._pass(weights[start : start + at_once]))
+            return costs
 
-    def _pass(self, weights: Tensor, part: int) -> Tensor:
-        """(p, D) weights -> (p, m) outputs for one part of the samples."""
-        key = len(weights), part
-        if key not in self.passes:
-            self.passes[key] = None  # What comes only once is not worth recording.
-            return self._batched(weights, part)
-        tape = self.passes[key] or Tape(lambda some: self._batched(some, part), weights)
-        self.passes[key] = tape
+    def _pass(self, weights: Tensor) -> Tensor:
+        """(p, D) weights -> (p, M) outputs, in memory that the next pass uses again."""
+        count = len(weights)
+        if count not in self.passes:
+            self.passes[count] = None  # What comes only once is not worth recording.
+            return self._whole(weights)
+        tape = self.passes[count] or Tape(self._whole, weights)
+        self.passes[count] = tape
         return tape(weights)
 
-    def _batched(self, weights: Tensor, part: int) -> Tensor:
+    def _whole(self, weights: Tensor) -> Tensor:
+        return torch.cat([self._batched(weights, part) for part in self.parts], dim=-1) if len(self.parts) > 1 else self._batched(weights, self.parts[0])
+
+    def _batched(self, weights: Tensor, features: Tensor) -> Tensor:
         with nullcontext() if weights.is_cuda else _Faster():
-            outputs: Tensor = vmap(self._single, in_dims=(0, None))(weights, self.parts[part])
+            outputs: Tensor = vmap(self._single, in_dims=(0, None))(weights, features)
         return outputs
 
     def _single(self, weights: Tensor, features: Tensor) -> Tensor:
