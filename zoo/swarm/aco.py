@@ -112,18 +112,19 @@ def tell(state: ACOState, cost: Tensor, generator: Generator) -> ACOState:
     costs = torch.cat([state.archive_cost, comparable(cost, state.archive_cost)], dim=-1)
     archive_cost, which = costs.topk(k, dim=-1, largest=False)
     archive = picked(torch.cat([state.archive, state.position], dim=-2), which)
-    told = state._replace(archive=archive, archive_cost=archive_cost, evaluations=state.evaluations + cost.shape[-1])
-    ants = state.position.shape[-2]
-    return told._replace(position=_sampled(told, generator) if told.evaluations >= k else place(state.low, state.high, ants, generator))
+    evaluations = state.evaluations + cost.shape[-1]
+    position = (
+        _sampled(archive, state, generator) if evaluations >= k else place(state.low, state.high, state.position.shape[-2], generator)
+    )
+    return state._replace(position=position, archive=archive, archive_cost=archive_cost, evaluations=evaluations)
 
 
-def _sampled(state: ACOState, generator: Generator) -> Tensor:
-    archive, s = state.archive, state.settings
+def _sampled(archive: Tensor, state: ACOState, generator: Generator) -> Tensor:
     which = torch.searchsorted(state.ranks, uniform(state.position.shape[:-1], archive, generator))
     mean = picked(archive, which)
     distance = (archive.unsqueeze(-3) - mean.unsqueeze(-2)).abs_().sum(-2)
     step = distance.mul_(normal(mean.shape, mean, generator))
-    return reflected(torch.add(mean, step, alpha=s.deviation / (s.archive - 1)), state.low, state.high)
+    return reflected(mean.add_(step, alpha=state.settings.deviation / (state.settings.archive - 1)), state.low, state.high)
 
 
 def _ranks(settings: Settings, like: Tensor) -> Tensor:
