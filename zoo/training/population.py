@@ -14,7 +14,7 @@ from torch.overrides import TorchFunctionMode
 from zoo.models.base import FeatureModel
 from zoo.training.tape import Tape
 
-AT_ONCE = {"cpu": (16, 1024), "cuda": (256, 16_384)}
+AT_ONCE = {"cpu": (16, 2048), "cuda": (256, 16_384)}
 """Particles and samples in one pass: what passes between a small net's layers then stays in a core's cache; a GPU wants to be filled instead."""
 
 
@@ -64,7 +64,8 @@ class Population:
 
         Args:
             weights: (P, D).
-            cost: (p, M) predicted errors [output's unit] -> (p, ...), any number of particles at a time.
+            cost: (p, M) predicted errors [output's unit] -> (p, ...), any number of particles at a time. What it is given it may change, and must not
+                keep: the next particles' errors lie there.
 
         Returns:
             (P, ...).
@@ -91,7 +92,9 @@ class Population:
         return tape(weights)
 
     def _whole(self, weights: Tensor) -> Tensor:
-        return torch.cat([self._batched(weights, part) for part in self.parts], dim=-1) if len(self.parts) > 1 else self._batched(weights, self.parts[0])
+        return (
+            torch.cat([self._batched(weights, part) for part in self.parts], dim=-1) if len(self.parts) > 1 else self._batched(weights, self.parts[0])
+        )
 
     def _batched(self, weights: Tensor, features: Tensor) -> Tensor:
         with nullcontext() if weights.is_cuda else _Faster():

@@ -14,10 +14,10 @@ from torch.utils._python_dispatch import TorchDispatchMode
 class Tape:
     """Records a function of one tensor, for inputs of one shape, and plays it without the Python code and the vmap that made it.
 
-    For small tensors these take several times as long as the arithmetic. What does not depend on the input is computed once, and so is everything that
-    is computed twice. All results lie where they lay before: no call asks the system for memory, which for tensors beyond a few hundred kB takes as
-    long as the arithmetic as well, and views need not be taken again. The function must be one of its input alone: deterministic, without a branch
-    on the input's values, which vmap forbids as well, and without a change in place of anything that is not its own.
+    For small tensors these take several times as long as the arithmetic. What does not depend on the input is computed once, and so is what the
+    function computes twice. Results lie where they lay at the last call, so that views need not be taken again and no memory is asked for: beyond a
+    few hundred kB the system takes as long to give it as the arithmetic. The function must be one of its input alone: deterministic, without a branch
+    on the input's values, which vmap forbids as well, and without a change in place of anything that does not depend on the input.
     """
 
     def __init__(self, function: Callable[[Tensor], Tensor], value: Tensor) -> None:
@@ -110,9 +110,8 @@ class _Plan:
         self.free: list[Tensor] = []
         for one in recorded:
             self._settle(one)
-        ends = self._ends(recorded, last)
-        for number, one in enumerate(recorded):
-            self._lay(one, {root for root, end in ends.items() if end == number})
+        for one, spent in zip(recorded, self._spent(recorded, last), strict=True):
+            self._lay(one, spent)
 
     def filled(self, value: Any) -> Any:
         """A value with the tensors themselves in place of the slots."""
@@ -124,10 +123,13 @@ class _Plan:
         for slot in one.slots:
             self.root[slot] = slot.number if one.lent is None else self.root[one.lent]
 
-    def _ends(self, recorded: list[_Recorded], last: Any) -> dict[int, int]:
-        """Root -> number of the operation after which nobody asks for it; the input and the output are kept."""
+    def _spent(self, recorded: list[_Recorded], last: Any) -> list[set[int]]:
+        """Of every operation the roots that nobody asks for after it; the input and the output are kept."""
         ends = {self.root[slot]: number for number, one in enumerate(recorded) for slot in (*_slots((one.args, one.kwargs)), *one.slots)}
-        return {root: end for root, end in ends.items() if root not in {0, *(self.root[slot] for slot in _slots(last))}}
+        spent: list[set[int]] = [set() for _ in recorded]
+        for root in ends.keys() - {0, *(self.root[slot] for slot in _slots(last))}:
+            spent[ends[root]].add(root)
+        return spent
 
     def _lay(self, one: _Recorded, spent: set[int]) -> None:
         args, kwargs = self.filled(one.args), {name: self.filled(value) for name, value in one.kwargs.items()}
@@ -167,7 +169,10 @@ class _Plan:
 
 
 def _once(recorded: list[_Recorded]) -> tuple[list[_Recorded], dict[_Slot, _Slot]]:
-    """Operations without those recorded before with the same arguments, and slot -> slot that stands for it; all, where anything is changed in place."""
+    """Operations without those recorded before with the same arguments, and slot -> slot that stands for it.
+
+    Where anything is changed in place, what was computed before need not be what is computed now: then all of them.
+    """
     if any(one.changes for one in recorded):
         return recorded, {}
     kept: dict[Any, _Recorded] = {}
@@ -222,8 +227,7 @@ def _with_out(operation: Any) -> Any:
     wanted = [(one.name, str(one.type)) for one in operation._schema.arguments]
     packet = operation.overloadpacket
     for overload in (getattr(packet, name) for name in packet.overloads()):
-        arguments = overload._schema.arguments
-        if [one.is_out for one in arguments].count(True) == 1 and arguments[-1].name == "out":
-            if [(one.name, str(one.type)) for one in arguments[:-1]] == wanted:
-                return overload
+        *given, last = overload._schema.arguments
+        if last.is_out and last.name == "out" and [(one.name, str(one.type)) for one in given] == wanted:
+            return overload
     return None
