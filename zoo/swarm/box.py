@@ -52,6 +52,8 @@ def best_of(position: Tensor, cost: Tensor) -> tuple[Tensor, Tensor]:
 
 def picked(position: Tensor, which: Tensor) -> Tensor:
     """(..., N, D) those of (..., P, D) positions that (..., N) indices name."""
+    if position.dim() == 2:
+        return position.index_select(0, which)  # half the time of the general way
     return position.gather(-2, which.unsqueeze(-1).expand(*which.shape, position.shape[-1]))
 
 
