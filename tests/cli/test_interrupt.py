@@ -93,6 +93,6 @@ def test_in_a_sweep_that_then_stops(files, interrupted, capsys) -> None:
 
 def test_in_a_sweep_whose_first_job_is_done(files, interrupted, capsys) -> None:
     assert application.run("train", ["-m", files, "model=polynomial,bp", "hydra.sweep.dir=sweep"]) == INTERRUPTED
-    assert capsys.readouterr().err.strip() == MESSAGE
+    assert capsys.readouterr().err.splitlines() == ["the same command runs what is missing and nothing twice", MESSAGE]
     assert (Path("sweep") / "0" / "metrics.json").is_file()
     assert not (Path("sweep") / "1").exists()

@@ -9,6 +9,7 @@ import importlib.util
 import json
 import os
 import re
+import shutil
 import signal
 import subprocess
 import sys
@@ -22,6 +23,7 @@ from omegaconf import OmegaConf
 
 from zoo.catalog import config_folder
 from zoo.cli import application
+from zoo.cli.interrupts import MESSAGE
 
 SCHEMAS = {
     "launcher/joblib": "hydra_joblib_launcher.config.JobLibLauncherConf",
@@ -113,24 +115,22 @@ def test_jobs_in_other_processes_end_as_they_do_in_this_one(launcher, recordings
 def test_a_sweep_that_was_killed_goes_on_where_it_was(recordings) -> None:
     """Its workers end with it; the same command finishes what they left, as if nothing had been."""
     needs("hydra_joblib_launcher")
-    typed = ["model=bp", "init=random", "epochs=40,15000", "seed=1,2", "hydra/launcher=joblib", "hydra.launcher.n_jobs=2"]
+    typed = ["model=bp", "init=random", "epochs=5000,20", "seed=1", "hydra/launcher=joblib", "hydra.launcher.n_jobs=2"]
     killed = subprocess.Popen([*FOGZOO, *SWEEP, *typed], stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL, start_new_session=True)
     deadline = time.monotonic() + 120
-    while not Path("sweep/1/last.ckpt").is_file() and time.monotonic() < deadline:
+    while not Path("sweep/0/last.ckpt").is_file() and time.monotonic() < deadline:
         time.sleep(0.1)
     killed.kill()
     killed.wait()
-    assert not Path("sweep/1/metrics.json").is_file()
+    assert not Path("sweep/0/metrics.json").is_file()
     while members(killed.pid) and time.monotonic() < deadline:
         time.sleep(0.2)
     assert not members(killed.pid)
+    assert not Path("sweep/0/metrics.json").is_file()
     assert sweep(*typed).returncode == 0
-    assert "going on from" in Path("sweep/1/output.txt").read_text()
+    assert "going on from" in Path("sweep/0/output.txt").read_text()
     found = table()
-    for path in Path("sweep").rglob("outcome.json"):
-        path.unlink()
-    for path in Path("sweep").rglob("last.ckpt"):
-        path.unlink()
+    shutil.rmtree("sweep")
     assert sweep(*typed).returncode == 0
     assert table() == found
 
@@ -145,20 +145,20 @@ def members(session: int) -> list[str]:
 @pytest.mark.slow
 def test_a_worker_that_dies_is_told_and_made_up_for(recordings) -> None:
     needs("hydra_joblib_launcher")
-    typed = ["model=bp", "epochs=20,30", "seed=1,2", "hydra/launcher=joblib", "hydra.launcher.n_jobs=1"]
+    typed = ["model=bp", "epochs=20,30", "hydra/launcher=joblib"]
     Path("mine.py").write_text(
         "import os, signal\nfrom zoo.models.bp import BP\n"
-        "class Mine(BP):\n    def train(self, mode=True):\n"
-        "        if mode and not os.path.exists('survived'):\n            open('survived', 'w').close(); os.kill(os.getpid(), signal.SIGKILL)\n"
-        "        return super().train(mode)\n"
+        "class Mine(BP):\n    def __init__(self, *given, **named):\n        super().__init__(*given, **named)\n"
+        "        if not os.path.exists('survived'):\n            open('survived', 'w').close(); os.kill(os.getpid(), signal.SIGKILL)\n"
     )
     environment = os.environ | {"PYTHONPATH": os.pathsep.join([str(recordings), os.environ.get("PYTHONPATH", "")])}
     command = [*FOGZOO, *SWEEP, *typed, "model._target_=mine.Mine"]
-    first = subprocess.run(command, env=environment, capture_output=True, text=True, check=False)
+    first = subprocess.run([*command, "hydra.launcher.n_jobs=2"], env=environment, capture_output=True, text=True, check=False)
     assert first.returncode == 1
     assert "ended without a word" in first.stderr
     assert "the same command" in first.stderr
-    assert subprocess.run(command, env=environment, capture_output=True, text=True, check=False).returncode == 0
+    again = [*command, "hydra.launcher.n_jobs=1"]  # in one process
+    assert subprocess.run(again, env=environment, capture_output=True, text=True, check=False).returncode == 0
     assert len(table()) == 2
 
 
@@ -166,14 +166,13 @@ def test_a_worker_that_dies_is_told_and_made_up_for(recordings) -> None:
 def test_optuna_proposes_the_same_again_and_finds_it_done(recordings) -> None:
     """A range includes its end; trials that fail cost the others nothing."""
     needs("hydra_optuna_sweeper")
-    typed = ["hydra/sweeper=optuna", "model=polynomial", "model.order=range(-1,3)", "hydra.sweeper.sampler=random", "hydra/sweeper/sampler=random"]
-    typed = [one for one in typed if one != "hydra.sweeper.sampler=random"]
+    typed = ["hydra/sweeper=optuna", "model=polynomial", "model.order=range(0,2)", "hydra/sweeper/sampler=random"]
     first = sweep(*typed, "hydra.sweeper.n_trials=12")
     assert first.returncode == 2
     tried = {key: rms for key, *_, rms, _unit in table()}
-    assert set(tried) == {"1", "2", "3"}
+    assert set(tried) == {"1", "2"}
     best = OmegaConf.load("sweep/optimization_results.yaml")
-    assert best.best_params["model.order"] == 3
+    assert best.best_params["model.order"] == 2
     assert best.best_value == pytest.approx(min(json.loads(path.read_text())["rms"] for path in Path("sweep").rglob("metrics.json")))
     again = sweep(*typed, "hydra.sweeper.n_trials=12")
     done = len(list(Path("sweep").rglob("metrics.json")))
@@ -191,6 +190,5 @@ def test_ctrl_c_ends_all_jobs_with_a_line(recordings) -> None:
     os.killpg(running.pid, signal.SIGINT)
     _, message = running.communicate(timeout=60)
     assert running.returncode == 130
-    assert "Traceback" not in message
-    assert "the same command" in message
+    assert message.splitlines() == [MESSAGE]
     assert not members(running.pid)

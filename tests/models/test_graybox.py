@@ -177,3 +177,17 @@ def test_one_thermometer_and_a_coil_ahead_of_it_are_found() -> None:
     settled = time > 2000
     left, before = ((one.detach() - truth)[settled].square().mean().sqrt() for one in (found, thermometer))
     assert float(left) < 0.05 * float(before)
+
+
+@pytest.mark.parametrize("period", [7.0, 30.0])
+def test_fringes_far_from_the_period_that_is_declared_are_found(period) -> None:
+    inputs = ["time_s", "temperature_c", "reference_dph"]
+    time = torch.arange(0, 36000, STEP_S, dtype=torch.float64)
+    temperature = -15 + 65 * time / time[-1]
+    fringes = 0.01 * torch.sin(2 * torch.pi * (temperature - 20) / period)
+    noise = 0.005 * torch.randn(len(time), generator=Generator().manual_seed(1), dtype=torch.float64)
+    run = recorded(torch.stack([time, temperature, 0 * time], -1), -0.07 + 2e-4 * temperature + fringes + noise, inputs)
+    model = graybox(["static_bias", "polarization"], inputs)
+    VariableProjection().fit(model, [run], Generator())
+    found = model.shares(run.table)["polarization"].detach()
+    assert float((found - found.mean() - fringes).square().mean().sqrt()) < 0.25 * float(fringes.std())

@@ -202,3 +202,18 @@ def test_what_the_data_leave_open_is_named() -> None:
         PiecewisePolynomial(BOTH, EDGES, continuous=True).standardise(given, given[:, 0])
     with pytest.raises(InputError, match=r"segments=12: 200 samples do not make 12 segments of at least 18"):
         PiecewisePolynomial(BOTH, segments=12).standardise(given, given[:, 0])
+
+
+def test_the_weights_of_a_part_change_what_its_samples_see_and_nothing_else() -> None:
+    given, chance = features(), Generator().manual_seed(1)
+    for model in (PiecewisePolynomial(BOTH, EDGES, order=3, rate_order=2), PiecewisePolynomial(BOTH, EDGES, order=3, rate_order=2, continuous=True)):
+        model.standardise(given, given[:, 0])
+        places, part = model.parts(given)
+        assert sorted(places.flatten().tolist()) == list(range(len(weight_vector(model))))
+        for group, own in enumerate(places):
+            weights = torch.zeros(2, len(weight_vector(model)), dtype=torch.float64)
+            weights[1, own] = torch.randn(len(own), generator=chance, dtype=torch.float64)
+            changed = population_outputs(model, weights, given).diff(dim=0)[0] != 0
+            assert bool(changed[part == group].any())
+            assert not bool(changed[part != group].any())
+    assert len(PiecewisePolynomial(BOTH, EDGES).parts(given)[0]) == len(EDGES) + 1

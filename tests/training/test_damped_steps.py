@@ -11,7 +11,7 @@ from torch import Generator, Tensor
 from zoo.catalog import build
 from zoo.training.damped_steps import descend
 from zoo.training.least_squares import LeastSquares
-from zoo.training.weights import reset, set_weights, weight_jacobian, weight_vector
+from zoo.training.weights import derivatives, reset, set_weights, weight_vector
 
 
 def plain(columns: Tensor) -> Tensor:
@@ -27,13 +27,15 @@ def task(samples: int = 300) -> tuple[Tensor, Tensor]:
 def test_the_jacobian_is_that_of_finite_differences() -> None:
     model, (features, _) = build("model", "bp", hidden=3), task(20)
     reset(model, Generator().manual_seed(2))
-    here, jacobian = weight_vector(model), weight_jacobian(model, features)
+    here = weight_vector(model)
+    outputs, slopes = derivatives(model, torch.stack([2 * here, here]), features)
+    torch.testing.assert_close(outputs[1], model.head(features).detach(), rtol=1e-12, atol=1e-12)
     for k in range(len(here)):
         ends = []
         for step in (1e-6, -1e-6):
             set_weights(model, here + step * torch.eye(len(here), dtype=torch.float64)[k])
             ends.append(model.head(features).detach())
-        torch.testing.assert_close(jacobian[:, k], (ends[0] - ends[1]) / 2e-6, rtol=1e-6, atol=1e-8)
+        torch.testing.assert_close(slopes[1, k], (ends[0] - ends[1]) / 2e-6, rtol=1e-6, atol=1e-8)
 
 
 def test_what_is_linear_is_solved_as_least_squares_solve_it(make_run) -> None:

@@ -10,6 +10,7 @@ from torch import Generator
 
 from zoo.errors import InputError, WorkError
 from zoo.models.bp import BP
+from zoo.models.piecewise_polynomial import PiecewisePolynomial
 from zoo.models.polynomial import Polynomial
 from zoo.swarm import aco, pheromone, pso
 from zoo.training import problem as problems
@@ -23,7 +24,7 @@ from zoo.training.random_init import RandomInit
 from zoo.training.run import train
 from zoo.training.swarm_fit import SwarmFit
 from zoo.training.swarm_init import SwarmInit
-from zoo.training.weights import weight_vector
+from zoo.training.weights import population_outputs, weight_vector
 
 FEATURES = ["temperature", "temperature_rate"]
 METHODS = {
@@ -90,6 +91,28 @@ def test_a_swarm_comes_close_to_what_is_solved(make_run, tmp_path) -> None:
     solved = train(Polynomial(FEATURES, 2, 2), runs, optimizer=LeastSquares(), out=tmp_path)
     found = train(Polynomial(FEATURES, 2, 2), runs, optimizer=SwarmFit(pso, particles=40, steps=150), out=tmp_path)
     assert solved["rms"] <= found["rms"] < 1.01 * solved["rms"]
+
+
+def test_segments_are_searched_side_by_side(make_run, tmp_path) -> None:
+    """Twenty weights at once are too many for so small a swarm; four five times are not."""
+    runs = [make_run(noise=0.02)]
+    made = partial(PiecewisePolynomial, FEATURES, [-5.0, 5.0, 20.0, 30.0], order=2, rate_order=1)
+    solved = train(made(), runs, optimizer=LeastSquares(), out=tmp_path)
+    found = train(made(), runs, optimizer=SwarmFit(pso, particles=60, steps=200), out=tmp_path)
+    assert solved["rms"] <= found["rms"] < 1.02 * solved["rms"]
+    assert found["evaluations"] == 60 * 200
+
+
+def test_losses_of_parts_add_up_to_the_loss(make_run, monkeypatch) -> None:
+    model = PiecewisePolynomial(FEATURES, [0.0, 20.0])
+    problem = Problem.of_runs(model, [make_run(bend=0.5, noise=0.05)])
+    weights = torch.randn(2, 7, problem.size, generator=Generator().manual_seed(1), dtype=torch.float64)
+    grouped = weights[..., problem.places].movedim(-2, -3)
+    torch.testing.assert_close(problem.losses_of_parts(grouped).sum(-2), problem.losses(weights), rtol=1e-12, atol=0)
+    whole, predicted = problem.losses_of_parts(grouped), problem.population.outputs(weights[0])
+    torch.testing.assert_close(predicted, population_outputs(model, weights[0], problem.features), rtol=1e-9, atol=1e-9)
+    monkeypatch.setattr(problems, "ROWS_OF_COLUMNS", 31)
+    torch.testing.assert_close(problem.losses_of_parts(grouped), whole, rtol=1e-12, atol=0)
 
 
 def test_normal_equations_are_those_of_the_jacobian_in_pieces_or_not(make_run, monkeypatch) -> None:

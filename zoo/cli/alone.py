@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import threading
+import time
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -17,6 +18,9 @@ LOCK = ".hydra/running.lock"
 PATIENCE_S = 5.0
 """A worker whose sweep was killed needs a moment to notice."""
 LOOK_S = 1.0
+
+# A worker has one parent, and many jobs.
+_watched: set[int] = set()
 
 
 @contextmanager
@@ -38,18 +42,19 @@ def alone_in(folder: Path) -> Iterator[None]:
         lock.release()
 
 
-@contextmanager
-def ending_with_parent() -> Iterator[None]:
-    """Ends this process when the one that started it is gone, which nobody tells a worker in the middle of its work."""
-    parent, over = os.getppid(), threading.Event()
+def end_with_parent(parent: int) -> None:
+    """Ends this process once the one that started it is gone, which nobody tells a worker in the middle of its work, or waiting for more.
+
+    Args:
+        parent: its process number.
+    """
+    if parent in {*_watched, os.getpid()}:  # joblib with one job at a time does it itself
+        return
+    _watched.add(parent)
 
     def look() -> None:
-        while not over.wait(LOOK_S):
-            if os.getppid() != parent:
-                os._exit(1)
+        while os.getppid() == parent:
+            time.sleep(LOOK_S)
+        os._exit(1)
 
     threading.Thread(target=look, daemon=True).start()
-    try:
-        yield
-    finally:
-        over.set()

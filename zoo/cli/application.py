@@ -118,7 +118,7 @@ def _task(verb: str, codes: list[int], traced: bool) -> Callable[[DictConfig], f
                 if traced:
                     raise
                 codes.append(_tell(error))
-                job.fail(error, *explain(error))
+                job.fail(error, *((codes[-1], "") if nobody_reads(error) else explain(error)))
         return job.value
 
     task.__name__ = verb

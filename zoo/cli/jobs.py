@@ -14,8 +14,9 @@ from hydra.core.hydra_config import HydraConfig
 from omegaconf import DictConfig
 
 from zoo.artifacts import writable_folder, write_text
-from zoo.cli.alone import alone_in, ending_with_parent
-from zoo.cli.outcomes import FAILED, SINGLE, Outcome, finished_before, made_from
+from zoo.cli.alone import alone_in, end_with_parent
+from zoo.cli.closed_pipe import CLOSED_PIPE
+from zoo.cli.outcomes import FAILED, SINGLE, Outcome, finished_before, made_from, started_by
 from zoo.errors import InputError, WorkError, causes
 
 OUTPUT = "output.txt"
@@ -54,7 +55,9 @@ class Job:
         if self._sweep == SINGLE:
             yield
             return
-        with alone_in(self._folder), ending_with_parent() if self._launcher == "joblib" else nullcontext():
+        if self._launcher == "joblib":
+            end_with_parent(started_by(self._sweep))
+        with alone_in(self._folder):
             yield
 
     @contextmanager
@@ -98,7 +101,7 @@ class Job:
     def fail(self, error: BaseException, code: int, message: str) -> None:
         """It failed: in a sweep, a note says why, and of what nobody has foreseen also where."""
         self._record(code=code, message=message)
-        if self._sweep != SINGLE:
+        if self._sweep != SINGLE and code != CLOSED_PIPE:
             foreseen = any(isinstance(cause, InputError | WorkError) for cause in causes(error))
             trace = "" if foreseen else f"\n{''.join(traceback.format_exception(error))}"
             with suppress(InputError):

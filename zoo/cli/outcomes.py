@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import json
+import os
+import secrets
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass, replace
 from pathlib import Path
@@ -20,6 +22,16 @@ FAILED = "failed.txt"
 """In the folder of a job of a sweep that failed: why. Its folder counts as one without a model."""
 SINGLE = ""
 """Name of the sweep that a job alone belongs to."""
+
+
+def new_sweep() -> str:
+    """A name for a sweep that this process starts."""
+    return f"sweep-{os.getpid()}-{secrets.token_hex(4)}"
+
+
+def started_by(sweep: str) -> int:
+    """The number of the process that has named a sweep."""
+    return int(sweep.split("-")[1])
 
 
 @dataclass(frozen=True)

@@ -124,9 +124,9 @@ def _write(study: Study, rows: list[Row], claims: list[Claim], config: DictConfi
 
     folder, paper = writable_folder(out / FIGURES), importlib.import_module(config.paper)
     with styled():
-        for name, figure in importlib.import_module(config.get("figures", "zoo.report.paper_figures")).figures(study, rows).items():
+        for name, figure in importlib.import_module(config.get("figures", "zoo.report.drift_figures")).figures(study, rows).items():
             figure.savefig(folder / f"{name}.png", dpi=100)
-    write_text(out / TEXT, table_text(rows, claims, str(paper.__doc__)))
+    write_text(out / TEXT, table_text(rows, claims, str(paper.__doc__).strip().splitlines()[0], getattr(paper, "REMARKS", ())))
     write_measurements(out / TABLE, pd.DataFrame([row.record() for row in rows]).rename(columns={"low": "ours_low", "high": "ours_high"}))
 
 

@@ -14,6 +14,7 @@ from rich.markup import escape
 from rich.table import Table
 
 from zoo.artifacts import write_text
+from zoo.cli.closed_pipe import CLOSED_PIPE
 from zoo.cli.next_commands import compare_command, settled_data
 from zoo.cli.outcomes import FAILED, Outcome
 from zoo.training.members import SHARES
@@ -118,7 +119,7 @@ def tell_failed(outcomes: Mapping[Path, Outcome]) -> None:
     Args:
         outcomes: of all jobs, by folder.
     """
-    failed = {folder: one for folder, one in outcomes.items() if one.code != 0}
+    failed = {folder: one for folder, one in outcomes.items() if one.code not in {0, CLOSED_PIPE}}
     differing = _differing([_settings(one) for one in outcomes.values()])
     table = Table("job", "settings", "why", title=f"{len(failed)} of {len(outcomes)} jobs failed")
     for folder, one in list(failed.items())[:MOST]:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import os
-import secrets
 import sys
 import threading
 from collections.abc import Iterator
@@ -16,7 +15,7 @@ from hydra.experimental.callback import Callback
 from omegaconf import DictConfig, OmegaConf, open_dict, read_write
 
 from zoo.cli.jobs import REPEATABLE
-from zoo.cli.outcomes import read_outcomes
+from zoo.cli.outcomes import new_sweep, read_outcomes
 from zoo.cli.sweep_tables import progress_line, tell_failed, tell_results
 
 THREADS = "OMP_NUM_THREADS"
@@ -35,7 +34,7 @@ class Sweep:
     """
 
     def __init__(self, config: DictConfig) -> None:
-        self.name = f"sweep-{secrets.token_hex(4)}"
+        self.name = new_sweep()
         with read_write(config), open_dict(config):
             config.hydra.callbacks.sweep.id = self.name
             # The jobs compose their configs anew, from the overrides.
@@ -74,7 +73,7 @@ class Sweep:
         if self.config.hydra.job.name in REPEATABLE:
             tell_results(self.config, self.folder, outcomes)
         codes = [1 if one.code is None else one.code for one in outcomes.values()]
-        if any(codes):
+        if {1, 2} & {*codes}:
             tell_failed(outcomes)
         if 1 in codes:  # wrong settings would be wrong again
             self.tell_how_to_go_on()
@@ -139,7 +138,8 @@ def sweep_told(codes: list[int]) -> Iterator[None]:
         raise
     except KeyboardInterrupt:
         for sweep in _under_way:
-            sweep.tell_how_to_go_on()
+            if any(one.code == 0 for one in read_outcomes(sweep.folder, sweep.name).values()):
+                sweep.tell_how_to_go_on()
         raise
     else:
         for sweep in _under_way:

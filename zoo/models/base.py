@@ -3,7 +3,7 @@
 # No `from __future__ import annotations` in the files of models: TorchScript reads class annotations, and takes `list[str]` only as a type.
 from typing import ClassVar
 
-from torch import Tensor, nn
+from torch import Tensor, arange, int64, nn, zeros
 
 
 class Model(nn.Module):
@@ -58,6 +58,18 @@ class FeatureModel(Model):
             error: (M,) [output's unit].
         """
         raise NotImplementedError
+
+    def parts(self, features: Tensor) -> tuple[Tensor, Tensor]:
+        """Groups of weights of which each sample sees one only, so that each can be searched for by itself; a single group unless a model knows more.
+
+        Args:
+            features: (M, F).
+
+        Returns:
+            (S, D/S) int64, places of each group among all D weights, one parameter after the other; (M,) int64, group of each sample.
+        """
+        size = sum(parameter.numel() for parameter in self.parameters())
+        return arange(size, device=features.device).unsqueeze(0), zeros(len(features), dtype=int64, device=features.device)
 
     def forward(self, x: Tensor) -> Tensor:
         """Predict the error, see `Model.forward`."""

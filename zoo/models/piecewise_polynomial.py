@@ -95,8 +95,21 @@ class PiecewisePolynomial(FeatureModel):
             value = (value + self.own[:, power]) * z
         if self.continuous:
             return self.scaler.restore(value.sum(-1) + others.squeeze(-1))
-        segment = torch.bucketize(features[..., :1].contiguous(), self.edges, right=True)
+        segment = self._segment(features).unsqueeze(-1)
         return self.scaler.restore(torch.gather(value + others, -1, segment).squeeze(-1))
+
+    def _segment(self, features: Tensor) -> Tensor:
+        """(...) segment of each sample."""
+        return torch.bucketize(features[..., 0].contiguous(), self.edges, right=True)
+
+    def parts(self, features: Tensor) -> tuple[Tensor, Tensor]:
+        """The segments, unless they share coefficients; see `FeatureModel.parts`."""
+        if self.continuous:
+            return super().parts(features)
+        count = len(self.edges) + 1
+        places = torch.arange(sum(one.numel() for one in self.parameters()), device=features.device)
+        pieces = places.split([one.numel() for one in self.parameters()])
+        return torch.cat([piece.view(count, -1) for piece in pieces], dim=1), self._segment(features)
 
     def _below(self) -> Tensor:
         """(S,) where each segment begins; the first one nowhere."""

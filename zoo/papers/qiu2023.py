@@ -4,12 +4,11 @@ from __future__ import annotations
 
 import torch
 
-from zoo.papers.study import BEFORE, Claim, Row, Study, in_words, removed, row, spread
+from zoo.papers.study import BEFORE, WHOLE, Claim, Row, Study, in_words, removed, row, spread
 from zoo.scoring.rate_windows import rate_windows
 
 STAGES = ("-40", "-40→-20", "-20", "-20→0", "0", "0→20", "20", "20→40", "40", "40→60", "60")
 """Holds and ramps [°C]."""
-WHOLE = "whole"
 PRINTED = {
     BEFORE: (
         (0.0079, 0.0540, 0.0084, 0.0632, 0.0110, 0.0696, 0.0090, 0.0620, 0.0089, 0.0381, 0.0079, 0.0514),
@@ -35,8 +34,19 @@ PRINTED = {
 """Tables 1 and 2: bias stability [°/h] of the stages and of the whole run, samples 1 to 3."""
 TENTH_OF_THE_RAMPS = 0.02
 """A hold is where the thermometer moves at less than this, a tenth of the ramps' 0.2 K/min."""
+BY_LM = "ACO-BP by LM"
+"""The same start under another optimizer, see conf/experiment/qiu2023.yaml."""
 UNSEEN = (1, 2)
 """Samples 2 and 3, of which no row was fitted."""
+REMARKS = (
+    "Not printed, and so ours: tanh nodes; standardised inputs and output; gradient descent on all blocks at once without momentum; dT/dt through "
+    "two lags of 60 s; initial weights as torch draws them; the ants' equations, their box of ±1 and their 300 steps.",
+    "A thousand epochs of gradient descent leave most of the fringes of 24 K, wherever they start. The same network under Levenberg–Marquardt shows "
+    "what T and dT/dt hold; it is the optimizer that decides, not the start.",
+    "The three samples differ in their noise only. Its mean is 0.002 °/h higher in samples 2 and 3 than in sample 1, so that even the true model, "
+    "with its constant fitted to sample 1, would leave 1.017 times their noise.",
+)
+"""What the paper leaves open, and what its protocol cannot tell."""
 
 
 def rows(study: Study) -> list[Row]:
@@ -56,7 +66,7 @@ def claims(study: Study, floors: list[float]) -> list[Claim]:
     """What the paper says of its methods, and what is asked of the zoo's.
 
     Args:
-        study: with the methods ``polynomial``, ``BP`` and ``ACO-BP``, and others.
+        study: with the methods ``polynomial``, ``BP``, ``ACO-BP`` and `BY_LM`, and others.
         floors: RMS that a complete model would leave of each run [°/h].
     """
     share = {name: removed(study, name, UNSEEN) for name in study.methods}
@@ -67,6 +77,7 @@ def claims(study: Study, floors: list[float]) -> list[Claim]:
     return [
         Claim("BP removes at least 60 % of the whole run's spread on samples 2 and 3", in_words(share["BP"]), middle["BP"] >= 0.60),
         Claim("ACO-BP removes at least 75 % of it", in_words(share["ACO-BP"]), middle["ACO-BP"] >= 0.75),
+        Claim(f"{BY_LM} (Levenberg–Marquardt) removes at least 75 % of it", in_words(share[BY_LM]), middle[BY_LM] >= 0.75),
         Claim("the polynomial removes less than BP", in_words(share["polynomial"]), middle["polynomial"] < middle["BP"]),
         Claim("ACO-BP leaves 20 to 40 % less than BP", in_words(gain), 0.2 <= float(gain.median()) <= 0.4),
         Claim("the best method leaves at most 1.05 times the noise on samples 2 and 3", f"{best}: {over}", float(ratio.median()) <= 1.05),

@@ -13,6 +13,8 @@ from torch import Tensor
 from zoo.measurements.run import Run
 
 BEFORE = "uncompensated"
+WHOLE = "whole"
+"""The stage that is all of a run."""
 BAND = (0.05, 0.95)
 """Share of the seeds below the ends of a band."""
 

@@ -2,119 +2,171 @@
 
 from __future__ import annotations
 
-import re
+from textwrap import fill
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from zoo.papers.study import BEFORE, Claim, Row, Study
 from zoo.report.canvas import blank, curve, panel
-from zoo.report.comparison_figure import COLORS, scaled
-from zoo.report.palette import CHECK, MEASURED
-from zoo.units import symbol
+from zoo.report.comparison_figure import COLORS, legend_above, legend_columns
+from zoo.report.palette import INK, MEASURED
+from zoo.report.wording import significant
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-WIDTH, HEIGHT, HEAD, FOOT, INDENT = 740, 190, 48, 44, 12
-NAMES, LINE = 190, 11
-"""Of a figure of merit: room for the methods' names, height of a sample [px]."""
-
-
-def figures(study: Study, rows: list[Row]) -> dict[str, Figure]:
-    """All of them, by the name of their file."""
-    unit = symbol(study.runs[0].unit)
-    found = {"drift": drift_figure(study, unit)}
-    for sample, run in enumerate(study.runs):
-        found |= {f"fits_{run.name}": fits_figure(study, sample, unit), f"compensated_{run.name}": compensated_figure(study, sample, unit)}
-    return found | table_figures(rows)
-
-
-def table_figures(rows: list[Row]) -> dict[str, Figure]:
-    """Every quantity of the table over the whole runs, by the name of its file."""
-    quantities = dict.fromkeys(row.quantity for row in rows)
-    return {re.sub(r"[^a-z]+", "_", quantity.lower()): table_figure(rows, quantity, "whole") for quantity in quantities}
+WIDTH, HEIGHT, HEAD, FOOT, INDENT, LEFT, LINE = 740, 190, 50, 44, 12, 62, 18
+MARGIN = 0.25
+"""Free space above and below a measured curve, of its range."""
+FAR = 1000.0
+"""A size this many times the middle one, or a part of it, is off the scale."""
+LETTER = 8
+"""Width of a letter under an axis [px]."""
+LINES = (*COLORS[:-1], "#882255")
+"""Of curves: yellow is too light for them."""
 
 
 def drift_figure(study: Study, unit: str) -> Figure:
     """The error against temperature, run by run."""
-    figure = blank(WIDTH, HEAD + 280 + FOOT)
-    axes = panel(figure, (62, HEAD, 664, 280), f"error before compensation [{unit}]", INDENT)
+    names = {run.name: COLORS[place] for place, run in enumerate(study.runs)}
+    figure, axes = _single(names, f"error before compensation [{unit}]")
     for place, run in enumerate(study.runs):
-        axes.plot(
-            run.block_mean(run.temperature).numpy(), study.left[BEFORE][place][0].numpy(), lw=1.1, color=COLORS[place % len(COLORS)], label=run.name
-        )
+        axes.plot(run.block_mean(run.temperature).numpy(), study.left[BEFORE][place][0].numpy(), lw=1.1, color=names[run.name])
     axes.set_xlabel("Temperature [°C]")
-    _legend(axes)
     return figure
 
 
 def fits_figure(study: Study, sample: int, unit: str) -> Figure:
     """The error of one run and what every method predicts: median and 90 % band over the seeds."""
-    figure = blank(WIDTH, HEAD + 280 + FOOT)
-    run = study.runs[sample]
-    axes = panel(figure, (62, HEAD, 664, 280), f"{run.name}: error and predictions [{unit}]", INDENT)
+    run, colors = study.runs[sample], _colors(study.methods)
+    figure, axes = _single({"measured": MEASURED, **colors}, f"{run.name}: error and predictions [{unit}]")
     hours, error = run.block_mean(run.time).numpy() / 3600, study.left[BEFORE][sample][0].numpy()
-    axes.plot(*curve(hours, error), color=MEASURED, lw=2.4, label="measured")
-    for place, name in enumerate(study.methods):
-        _band(axes, hours, error - study.left[name][sample].numpy(), COLORS[place % len(COLORS)], name)
+    axes.plot(*curve(hours, error), color=MEASURED, lw=2.4)
+    for name, color in colors.items():
+        _band(axes, hours, error - study.left[name][sample].numpy(), color)
+    axes.set_ylim(*_around(error))
     axes.set_xlabel("Time [h]")
-    _legend(axes)
     return figure
 
 
 def compensated_figure(study: Study, sample: int, unit: str) -> Figure:
-    """What every method leaves of one run, one panel a method, all to one scale."""
-    run, names = study.runs[sample], study.methods
+    """What every method leaves of one run, one panel a method, all to one scale, that of the error before."""
+    run, colors = study.runs[sample], _colors(study.methods)
     step = HEIGHT + HEAD
-    figure = blank(WIDTH, step * len(names) + FOOT)
+    figure = blank(WIDTH, step * len(colors) + FOOT)
     hours, error = run.block_mean(run.time).numpy() / 3600, study.left[BEFORE][sample][0].numpy()
-    for place, name in enumerate(names):
-        axes = panel(figure, (62, HEAD + place * step, 664, HEIGHT), f"{run.name} after {name} [{unit}]", INDENT)
+    low, high = _around(np.append(error, 0.0))
+    for place, (name, color) in enumerate(colors.items()):
+        left = study.left[name][sample].numpy()
+        title = f"{run.name} before (grey) and after {name} [{unit}]"
+        axes = panel(figure, (LEFT, HEAD + place * step, WIDTH - LEFT - 14, HEIGHT), title + _beyond(left, low, high), INDENT)
         axes.plot(*curve(hours, error), color=MEASURED, lw=1.4)
-        _band(axes, hours, study.left[name][sample].numpy(), COLORS[place % len(COLORS)], name)
+        _band(axes, hours, left, color)
+        axes.set_ylim(low, high)
     axes.set_xlabel("Time [h]")
     return figure
 
 
 def table_figure(rows: list[Row], quantity: str, stage: str) -> Figure:
-    """One figure of merit: a row a method, in it the samples from top to bottom, ours with its band and the paper's."""
+    """One figure of merit, the paper's beside ours with its band, method by method and sample by sample; logarithmic, by size.
+
+    What lies far from all the others is shown at the edge, as an arrow.
+    """
     chosen = [row for row in rows if row.quantity == quantity and row.stage == stage]
     samples, models = (list(dict.fromkeys(getattr(row, key) for row in chosen)) for key in ("sample", "model"))
-    step = LINE * (len(samples) + 1)
-    figure = blank(WIDTH, 2 * HEAD + step * len(models))
-    axes = panel(figure, (NAMES, HEAD + 24, WIDTH - NAMES - 24, step * len(models)))
+    names = {f"sample {sample}" if sample.isdigit() else sample: COLORS[place] for place, sample in enumerate(samples)}
+    size = "|" if any(row.ours < 0 for row in chosen) else ""
+    figure, axes = _single({**names, "paper (diamonds)": INK}, f"{size}{quantity}{size}, {stage} run [{chosen[0].unit}]", LINE)
+    low, high = _kept([abs(value) for row in chosen for value in (row.ours, row.paper) if value])
     for row in chosen:
-        y = models.index(row.model) + (samples.index(row.sample) - (len(samples) - 1) / 2) * LINE / step
-        axes.plot([row.low, row.high], [y, y], color=COLORS[0], lw=4, alpha=0.35, solid_capstyle="butt")
-        axes.plot(row.ours, y, "o", color=COLORS[0], ms=5, label="ours, 90 % range")
-        if row.paper is not None:
-            axes.plot(abs(row.paper), y, "D", mfc="none", color=CHECK, ms=6, label="paper")
-    kind = scaled(axes.xaxis, [abs(value) for row in chosen for value in (row.low, row.high, row.ours, row.paper or row.ours)])
-    title = f"{quantity}, {stage} [{chosen[0].unit}]: {', '.join(samples)}; {kind}"
-    axes.annotate(title, (0, 1), (INDENT - NAMES, 34), "axes fraction", textcoords="offset points", fontsize=11, weight="bold")
-    axes.set_yticks(range(len(models)), models)
-    axes.set_ylim(len(models) - 0.5, -0.5)
-    axes.grid(visible=False, axis="y")
-    _legend(axes)
+        place = samples.index(row.sample)
+        x = models.index(row.model) + (place - (len(samples) - 1) / 2) * 0.8 / max(len(samples), 1)
+        _mark(axes, x, row, list(names.values())[place], (low, high))
+    _logarithmic(axes, low, high)
+    letters = (WIDTH - LEFT - 14) // (len(models) * LETTER)
+    axes.set_xticks(range(len(models)), ["before" if model == BEFORE else fill(model, letters, break_long_words=False) for model in models])
+    axes.grid(visible=False, axis="x")
     return figure
 
 
-def table_text(rows: list[Row], claims: list[Claim], words: str) -> str:
-    """The table and the claims as Markdown, below what is said of the paper: its title, and what else there is to say."""
-    title, *more = words.strip().splitlines()
-    lines = [f"# {title}", *more, "", "| | found | |", "|---|---|---|"]
-    lines += [f"| {claim.text} | {claim.value} | {'yes' if claim.holds else '**no**'} |" for claim in claims]
+def _single(colors: dict[str, str], title: str, below: int = 0) -> tuple[Figure, Axes]:
+    """A figure of one panel under its legend; `below` is for a second line under the axis [px]."""
+    head = 32 + LINE * -(-len(colors) // legend_columns(list(colors)))
+    figure = blank(WIDTH, head + 280 + FOOT + below)
+    legend_above(figure, colors)
+    return figure, panel(figure, (LEFT, head, WIDTH - LEFT - 14, 280), title, INDENT)
+
+
+def _colors(names: list[str]) -> dict[str, str]:
+    return {name: LINES[place % len(LINES)] for place, name in enumerate(names)}
+
+
+def _around(values: np.ndarray) -> tuple[float, float]:
+    """Ends of an axis for some values, so that a prediction that leaves them for good does not flatten all others."""
+    low, high = float(values.min()), float(values.max())
+    return low - MARGIN * (high - low), high + MARGIN * (high - low)
+
+
+def _beyond(left: np.ndarray, low: float, high: float) -> str:
+    """What to add to a title where a curve leaves its axes."""
+    middle = np.quantile(left, 0.5, axis=0)
+    outside = middle.min() < low or middle.max() > high
+    return f", up to {significant(float(np.abs(middle).max()), 2)}" if outside else ""
+
+
+def _kept(sizes: list[float]) -> tuple[float, float]:
+    """Ends of a logarithmic axis, for all sizes that are within a factor of `FAR` of the middle one."""
+    middle = float(np.median(sizes))
+    near = [one for one in sizes if middle / FAR <= one <= middle * FAR]
+    return min(near) / 1.6, max(near) * 1.6
+
+
+def _mark(axes: Axes, x: float, row: Row, color: str, ends: tuple[float, float]) -> None:
+    """One method's figure for one sample: median, band, and the paper's."""
+    ours, band = abs(row.ours), sorted((abs(row.low), abs(row.high)))
+    if row.low < 0 < row.high:
+        band[0] = ends[0]
+    axes.plot([x, x], band, color=color, lw=4, alpha=0.35, solid_capstyle="butt")
+    shown = min(max(ours, ends[0] * 1.12), ends[1] / 1.12)
+    axes.plot(x, shown, "o" if shown == ours else "^" if ours > shown else "v", color=color, ms=5)
+    if row.paper is not None:
+        axes.plot(x, abs(row.paper), "D", mfc="none", color=INK, ms=6)
+
+
+def _logarithmic(axes: Axes, low: float, high: float) -> None:
+    """A scale with numbers written out; the style knows no mathematics."""
+    from matplotlib.ticker import FuncFormatter, LogLocator, NullLocator
+
+    axes.set_yscale("log")
+    axes.set_ylim(low, high)
+    axes.yaxis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0) if high / low < 100 else (1.0,)))
+    axes.yaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
+    axes.yaxis.set_minor_locator(NullLocator())
+
+
+def table_text(rows: list[Row], claims: list[Claim], title: str, remarks: Sequence[str] = ()) -> str:
+    """The claims, what there is to know about them, and the tables as Markdown."""
+    lines = [f"# {title}", "", "| | found | |", "|---|---|---|"]
+    lines += [f"| {_plain(claim.text)} | {_plain(claim.value)} | {'yes' if claim.holds else '**no**'} |" for claim in claims]
+    lines += ["", *(f"- {remark}" for remark in remarks)]
     for quantity in dict.fromkeys(row.quantity for row in rows):
         chosen = [row for row in rows if row.quantity == quantity]
         models = list(dict.fromkeys(row.model for row in chosen))
-        lines += ["", f"## {quantity} [{chosen[0].unit}]", "", "Ours (the range that holds 90 %), and below it the paper's.", ""]
+        lines += ["", f"## {quantity} [{chosen[0].unit}]", "", "Ours (5 % … 95 % of the seeds), and below it the paper's.", ""]
         lines += [f"| stage | sample | {' | '.join(models)} |", "|---" * (len(models) + 2) + "|"]
         for stage, sample in dict.fromkeys((row.stage, row.sample) for row in chosen):
             cells = {row.model: row for row in chosen if (row.stage, row.sample) == (stage, sample)}
             lines.append(f"| {stage} | {sample} | " + " | ".join(_cell(cells.get(model)) for model in models) + " |")
     return "\n".join([*lines, ""])
+
+
+def _plain(text: str) -> str:
+    """A sentence in a table of Markdown, where a bar would end the cell."""
+    return text.replace("|", "\\|")
 
 
 def _cell(row: Row | None) -> str:
@@ -124,16 +176,9 @@ def _cell(row: Row | None) -> str:
     return f"{row.ours:.4g}{band}" + ("" if row.paper is None else f"<br>*{row.paper:.4g}*")
 
 
-def _band(axes: Axes, hours: np.ndarray, values: np.ndarray, color: str, name: str) -> None:
+def _band(axes: Axes, hours: np.ndarray, values: np.ndarray, color: str) -> None:
     """Median over the seeds (E, N), and the band in which 90 % of them lie."""
     low, middle, high = np.quantile(values, (0.05, 0.5, 0.95), axis=0)
     if len(values) > 1:
         axes.fill_between(hours, low, high, color=color, alpha=0.25, lw=0)
-    axes.plot(*curve(hours, middle), color=color, lw=1.1, label=name)
-
-
-def _legend(axes: Axes) -> None:
-    """Each label once, above the axes at the right."""
-    handles, labels = axes.get_legend_handles_labels()
-    named = dict(zip(labels, handles, strict=True))
-    axes.legend(named.values(), named.keys(), loc="lower right", bbox_to_anchor=(1, 1.0), ncols=4)
+    axes.plot(*curve(hours, middle), color=color, lw=1.1)

@@ -10,8 +10,8 @@ from zoo.papers.hui2016 import KNOWN, WANTED_DEG, levelled
 from zoo.papers.study import BEFORE, Row, Study
 from zoo.report.canvas import blank, panel
 from zoo.report.comparison_figure import COLORS, scaled
+from zoo.report.merit_figure import merit_figures
 from zoo.report.palette import FLOOR, MEASURED
-from zoo.report.paper_figures import table_figures
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -26,7 +26,7 @@ BANDS = 4.0
 
 def figures(study: Study, rows: list[Row]) -> dict[str, Figure]:
     """All of them, by the name of their file."""
-    found = {"fits": fits_figure(study), "left": left_figure(study), **table_figures(rows)}
+    found = {"fits": fits_figure(study), "left": left_figure(study), **merit_figures(rows)}
     if study.others:
         found |= {"attitude": attitude_figure(study), "units": units_figure(study)}
     return found

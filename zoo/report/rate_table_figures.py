@@ -8,8 +8,8 @@ import numpy as np
 
 from zoo.papers.study import BEFORE, Row, Study
 from zoo.report.canvas import blank, panel
+from zoo.report.merit_figure import merit_figures
 from zoo.report.palette import MUTED
-from zoo.report.paper_figures import table_figures
 from zoo.units import convert
 
 if TYPE_CHECKING:
@@ -23,7 +23,7 @@ COLD_TO_WARM = "coolwarm"
 
 def figures(study: Study, rows: list[Row]) -> dict[str, Figure]:
     """All of them, by the name of their file."""
-    return {"error": error_figure(study), "compensated": compensated_figure(study), **table_figures(rows)}
+    return {"error": error_figure(study), "compensated": compensated_figure(study), **merit_figures(rows)}
 
 
 def error_figure(study: Study) -> Figure:

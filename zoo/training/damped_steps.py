@@ -12,6 +12,7 @@ projection (Golub & Pereyra 1973). The step itself is that of all weights, all o
 from __future__ import annotations
 
 from collections.abc import Callable
+from functools import partial
 from typing import NamedTuple
 
 import torch
@@ -19,7 +20,8 @@ from torch import Tensor
 
 from zoo.models.base import FeatureModel
 from zoo.training.linear_weights import LinearWeights
-from zoo.training.weights import outputs_and_slopes, set_weights, weight_vector
+from zoo.training.tape import Recorded
+from zoo.training.weights import ROWS_OF_COLUMNS, derivatives, set_weights, weight_vector
 
 FIRST, LEAST, MOST = 1e-2, 1e-12, 1e9
 """Damping over the diagonal of the normal matrix, at first and within what bounds."""
@@ -119,15 +121,16 @@ def descend(model: FeatureModel, features: Tensor, target: Tensor, weigh: Callab
     Returns:
         χ² at the end.
     """
-    linear = LinearWeights(model)
+    linear, slopes = LinearWeights(model), Recorded(partial(derivatives, model))
 
     def residual(outputs: Tensor) -> Tensor:
         return weigh((target - outputs).mT)
 
     def normal(weights: Tensor) -> tuple[Tensor, Tensor]:
-        outputs, slopes = outputs_and_slopes(model, weights.expand(len(features), -1), features)
-        jacobian = weigh(slopes)
-        return (jacobian.mT @ jacobian).unsqueeze(0), residual(outputs.unsqueeze(0)).mT @ jacobian
+        pieces = [slopes(weights, rows) for rows in features.split(ROWS_OF_COLUMNS)]
+        outputs, columns = (torch.cat(parts, dim=-1) for parts in zip(*pieces, strict=True))
+        jacobian = weigh(columns[0].mT)
+        return (jacobian.mT @ jacobian).unsqueeze(0), residual(outputs).mT @ jacobian
 
     def judge(weights: Tensor) -> tuple[Tensor, Tensor]:
         outputs, columns = linear.columns(weights, features)

@@ -16,13 +16,13 @@ from zoo.models.prediction import block_features
 from zoo.training.linear_weights import LinearWeights
 from zoo.training.population import Population, even
 from zoo.training.tape import Recorded
-from zoo.training.weights import outputs_and_slopes, weight_vector
-
-ROWS_OF_COLUMNS = 4096
-"""Samples, of one member or several, whose derivatives are computed at once: those of a small net stay in a core's cache."""
+from zoo.training.weights import ROWS_OF_COLUMNS, derivatives, weight_vector
 
 Columns = Callable[[Tensor, Tensor], tuple[Tensor, Tensor]]
 """(E, D) weights and (M, F) features -> (E, M) outputs and (E, K, M) derivatives."""
+
+MOST_OF_A_DESIGN = 4_000_000
+"""Numbers in the design matrix of a model that is linear in its weights, up to which it is kept."""
 
 
 class Problem:
@@ -34,6 +34,8 @@ class Problem:
         error: (M,) [output's unit].
         scale: the error's standard deviation [output's unit]; 1 where it never changes.
         size: D, number of weights.
+        places: (S, D/S) the groups of weights of which each sample sees one, see `FeatureModel.parts`.
+        member: (M, S) 1 where a sample belongs to a group.
     """
 
     def __init__(self, model: FeatureModel, features: Tensor, error: Tensor) -> None:
@@ -41,7 +43,10 @@ class Problem:
         self.scale = spread(error)
         self.size = len(weight_vector(model))
         self.population, self.linear = Population(model, features), LinearWeights(model)
-        self._slopes = Recorded(partial(_slopes, model))
+        self._derivatives = Recorded(partial(derivatives, model))
+        self.places, part = model.parts(features)
+        self.member = torch.nn.functional.one_hot(part, len(self.places)).to(error)
+        self.design = self._affine() if len(self.linear.index) == self.size and len(features) * self.size <= MOST_OF_A_DESIGN else None
 
     @classmethod
     def of_runs(cls, model: FeatureModel, runs: Sequence[Run], device: str = "cpu") -> Problem:
@@ -55,10 +60,40 @@ class Problem:
         model.to(device)
         return cls(model, features.to(device), error.to(device))
 
+    def _affine(self) -> tuple[Tensor, Tensor]:
+        """(M,) output without weights and (D, M) what each weight adds."""
+        unit = torch.eye(self.size + 1, self.size, dtype=self.features.dtype, device=self.features.device).roll(1, dims=0)
+        outputs = self.population.outputs(unit)
+        return outputs[0], outputs[1:] - outputs[0]
+
+    def _costs(self, weights: Tensor, cost: Callable[[Tensor], Tensor]) -> Tensor:
+        """(P, D) weights -> (P, ...), see `Population.costs`; one product where the model is linear in all its weights."""
+        if self.design is None:
+            return self.population.costs(weights, cost)
+        constant, columns = self.design
+        pieces = weights.split(max(ROWS_OF_COLUMNS // len(self.error), 1))
+        return torch.cat([cost(torch.addmm(constant, some, columns)) for some in pieces])
+
     def losses(self, weights: Tensor) -> Tensor:
         """(..., D) weights -> (...) losses; memory does not grow with their number."""
-        lengths = self.population.costs(weights.reshape(-1, self.size), lambda some: vector_norm(self.error - some, dim=-1)) / self.scale
+        lengths = self._costs(weights.reshape(-1, self.size), lambda some: vector_norm(self.error - some, dim=-1)) / self.scale
         return (lengths.square() / len(self.error)).view(weights.shape[:-1])
+
+    def losses_of_parts(self, weights: Tensor) -> Tensor:
+        """What the samples of each group of weights add to the loss, so that the groups can be searched for side by side.
+
+        Args:
+            weights: (..., S, P, D/S), group by group.
+
+        Returns:
+            (..., S, P).
+        """
+        joined = torch.empty((*weights.shape[:-3], weights.shape[-2], self.size), dtype=weights.dtype, device=weights.device)
+        joined[..., self.places] = weights.movedim(-3, -2)
+        if len(self.places) == 1:
+            return self.losses(joined).unsqueeze(-2)
+        squares = self._costs(joined.reshape(-1, self.size), lambda some: ((self.error - some) / self.scale).square() @ self.member)
+        return (squares / len(self.error)).view(*joined.shape[:-1], -1).movedim(-1, -2)
 
     def normal_equations(self, weights: Tensor) -> tuple[Tensor, Tensor]:
         """JᵀJ and Jᵀr of the mean squared residual, so that they go with `losses`; in bounded memory.
@@ -69,7 +104,7 @@ class Problem:
         Returns:
             (E, D, D) and (E, D), J being the derivative of the outputs and r the residual, both in units of the error's spread and over √M.
         """
-        normal, slope, _ = self._summed(weights, self._slopes, self.size)
+        normal, slope, _ = self._summed(weights, self._derivatives, self.size)
         return normal, slope
 
     def solved(self, weights: Tensor) -> tuple[Tensor, Tensor]:
@@ -103,13 +138,6 @@ class Problem:
             found.append((normal, slope, square))
         normal, slope, square = (torch.cat(parts) / (self.scale**2 * len(self.error)) for parts in zip(*found, strict=True))
         return normal, slope, square
-
-
-def _slopes(model: FeatureModel, weights: Tensor, features: Tensor) -> tuple[Tensor, Tensor]:
-    """(E, M) outputs and (E, D, M) their derivatives."""
-    rows = weights.unsqueeze(1).expand(-1, len(features), -1).reshape(-1, weights.shape[-1])
-    outputs, slopes = outputs_and_slopes(model, rows, features.repeat(len(weights), 1))
-    return outputs.view(len(weights), -1), slopes.view(*outputs.view(len(weights), -1).shape, -1).mT
 
 
 def spread(error: Tensor) -> float:

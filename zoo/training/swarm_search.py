@@ -16,8 +16,8 @@ class Searched(NamedTuple):
     """Swarms on their way.
 
     Attributes:
-        swarms: state of all swarms, along the first axis.
-        chance: source of chance of each.
+        swarms: state of all swarms, members along the first axis, their S groups of weights along the second.
+        chance: source of chance of each member.
         settled: (E,) bool: need not go on.
         weights: (E, D) the best that each has found before it was settled.
         losses: (E,) and their losses.
@@ -33,9 +33,10 @@ class Searched(NamedTuple):
 
 
 class SwarmSearch:
-    """A search of the box ±reach of all weights.
+    """A search of the box ±reach of all weights; of weights in groups of which each sample sees one, a swarm for each group (tong2019: a segment).
 
-    All members' swarms move together, each with its own source of chance, so that a member finds what it would find alone.
+    Swarms of separate groups are evaluated together and cost no more than one, and what one finds does not blur what another does. All members'
+    swarms move together, each member with its own source of chance, so that it finds what it would find alone.
     """
 
     def __init__(self, algorithm: SwarmAlgorithm, particles: int, steps: int, reach: float, **settings: Any) -> None:
@@ -44,22 +45,28 @@ class SwarmSearch:
         self.settings = {"steps": steps} | settings
 
     def start(self, problem: Problem, seeds: Iterable[int]) -> Searched:
-        """Place one swarm a seed."""
+        """Place the swarms of each seed."""
         chance = [torch.Generator().manual_seed(seed) for seed in seeds]
-        edge = problem.features.new_full((len(chance), problem.size), self.reach)
+        edge = problem.features.new_full((len(chance), *problem.places.shape), self.reach)
         swarms = self.algorithm.init(-edge, edge, self.particles, chance, **self.settings)
         settled = torch.zeros(len(chance), dtype=torch.bool, device=edge.device)
-        return Searched(swarms, chance, settled, swarms.leader, swarms.leader_cost, torch.zeros_like(settled, dtype=torch.int64))
+        return Searched(swarms, chance, settled, *_best(problem, swarms), torch.zeros_like(settled, dtype=torch.int64))
 
     def step(self, problem: Problem, state: Searched) -> Searched:
         """One evaluation of all populations but those that are settled, which move on unseen."""
         asked, settled = self.algorithm.ask(state.swarms), state.settled
         active = (~settled).nonzero().squeeze(-1)
-        losses = asked.new_full(asked.shape[:-1], torch.inf).index_copy(0, active, problem.losses(asked[active]))
+        losses = asked.new_full(asked.shape[:-1], torch.inf).index_copy(0, active, problem.losses_of_parts(asked[active]))
         swarms = self.algorithm.tell(state.swarms, losses, state.chance)
+        weights, best = _best(problem, swarms)
         return state._replace(
             swarms=swarms,
-            weights=torch.where(settled.unsqueeze(-1), state.weights, swarms.leader),
-            losses=torch.where(settled, state.losses, swarms.leader_cost),
+            weights=torch.where(settled.unsqueeze(-1), state.weights, weights),
+            losses=torch.where(settled, state.losses, best),
             steps=state.steps + ~settled,
         )
+
+
+def _best(problem: Problem, swarms: Any) -> tuple[Tensor, Tensor]:
+    """(E, D) the best weights of each member, put together from those of its groups, and (E,) their losses."""
+    return swarms.leader.flatten(1)[:, problem.places.flatten().argsort()], swarms.leader_cost.sum(-1)

@@ -18,6 +18,7 @@ from zoo.measurements.run import Run
 from zoo.models.base import Model
 from zoo.models.graybox import GrayBox
 from zoo.scoring.noise import Whitener
+from zoo.training.first_shapes import first_theta
 
 
 class VariableProjection:
@@ -46,7 +47,8 @@ class VariableProjection:
             raise InputError(f"optimizer=variable_projection fits sums of effects (model=graybox), not {type(model).__name__}; leave optimizer=auto")
         whitener = Whitener(noise_of(list(runs)), blocks_of(list(runs)))
         design = Design(model, list(runs), whitener)
-        found = fit_from(design, coarse_starts(design), iterations=self.iterations)
+        starts = torch.cat([coarse_starts(design), first_theta(design).unsqueeze(0)])
+        found = fit_from(design, starts, iterations=self.iterations)
         with torch.no_grad():
             model.assign(found.theta, found.amplitudes)
         self.solution = model, found

@@ -14,8 +14,8 @@ from zoo.models.base import FeatureModel
 from zoo.training.population import Population
 
 VALUES_AT_ONCE = 4_000_000
-ROWS_AT_ONCE = 65_536
-"""Outputs computed at once: from here on what a small net makes of them no longer fits a core's cache, and more memory is all that is gained."""
+ROWS_OF_COLUMNS = 8192
+"""Samples, of one member or several, whose derivatives are computed at once: those of a small net stay in a core's cache."""
 
 
 def reset(model: nn.Module, generator: Generator) -> None:
@@ -99,34 +99,25 @@ def member_outputs(model: FeatureModel, weights: Tensor, features: Tensor) -> Te
     return found
 
 
-def weight_jacobian(model: FeatureModel, features: Tensor) -> Tensor:
-    """(M, D) derivative of the predicted errors for (M, F) features with respect to the weights, in the order of `weight_vector`."""
-    here = weight_vector(model)
-    return torch.cat([outputs_and_slopes(model, here.expand(len(rows), -1), rows)[1] for rows in features.split(ROWS_AT_ONCE)])
-
-
-def outputs_and_slopes(model: FeatureModel, weights: Tensor, features: Tensor) -> tuple[Tensor, Tensor]:
-    """One output for each row of weights and features, and its gradient.
+def derivatives(model: FeatureModel, weights: Tensor, features: Tensor) -> tuple[Tensor, Tensor]:
+    """Outputs and what each weight changes in them.
 
     With weights of its own for every row, one backward pass gives the gradients of all: a tenth of the time of a pass for every weight.
 
     Args:
         model: lends its structure and its buffers.
-        weights: (R, D).
-        features: (R, F).
+        weights: (E, D) as `weight_vector` orders them.
+        features: (M, F).
 
     Returns:
-        (R,) predicted errors [output's unit] and (R, D) their derivatives with respect to the weights.
+        (E, M) predicted errors [output's unit] and (E, D, M) their derivatives.
     """
-    own = weights.detach().clone(memory_format=torch.contiguous_format).requires_grad_()
+    members, size = weights.shape
+    own = weights.detach().unsqueeze(1).expand(-1, len(features), -1).reshape(-1, size).requires_grad_()
     with torch.enable_grad():
-        outputs = member_outputs(model, own, features.unsqueeze(1)).squeeze(-1)
+        outputs = member_outputs(model, own, features.repeat(members, 1).unsqueeze(1)).squeeze(-1)
         (slopes,) = torch.autograd.grad(outputs.sum(), own)
-    return outputs.detach(), slopes
-
-
-def _at_once(features: Tensor) -> int:
-    return max(VALUES_AT_ONCE // max(features.numel(), 1), 1)
+    return outputs.detach().view(members, -1), slopes.view(members, -1, size).mT
 
 
 def _outputs_of(model: FeatureModel, features: Tensor) -> Callable[[Tensor], Tensor]:
