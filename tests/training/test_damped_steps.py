@@ -9,6 +9,7 @@ import torch
 from torch import Generator, Tensor
 
 from zoo.catalog import build
+from zoo.training import damped_steps
 from zoo.training.damped_steps import descend
 from zoo.training.least_squares import LeastSquares
 from zoo.training.weights import derivatives, reset, set_weights, weight_vector
@@ -67,3 +68,14 @@ def test_weighing_is_obeyed() -> None:
     weight = torch.where(torch.arange(100) < 50, 1000.0, 1.0).double().unsqueeze(1)
     descend(model, features, target, lambda columns: weight * columns, 50)
     assert float((model.head(features).detach()[:50] - 3).abs().max()) < 1e-3
+
+
+def test_samples_in_pieces_take_the_steps_of_all_at_once(monkeypatch) -> None:
+    costs = []
+    for rows in (300, 37):
+        monkeypatch.setattr(damped_steps, "ROWS_OF_COLUMNS", rows)
+        model, (features, error) = build("model", "bp", hidden=4), task()
+        reset(model, Generator().manual_seed(3))
+        model.standardise(features, error)
+        costs.append(descend(model, features, error, plain, 6))
+    assert costs[1] == pytest.approx(costs[0], rel=1e-8)

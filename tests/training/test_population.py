@@ -8,7 +8,6 @@ from zoo.models.base import FeatureModel
 from zoo.models.bp import BP
 from zoo.training import population as module
 from zoo.training.population import Population
-from zoo.training.tape import Tape
 from zoo.training.weights import population_outputs, set_weights, weight_vector
 
 
@@ -62,42 +61,15 @@ def test_other_weights_are_played_from_the_same_tape() -> None:
         )
 
 
-def test_a_tape_follows_lists_views_and_changes_in_place() -> None:
-    fixed = torch.arange(6.0)
-
-    def function(x: Tensor) -> Tensor:
-        left, right = x.exp().split([2, 4])
-        right.mul_(3)
-        return torch.cat([right, left.expand(2), fixed.sqrt()]).view(12).cumsum(dim=0)
-
-    x = torch.linspace(-1, 1, 6)
-    tape = Tape(function, x)
-    for value in (x, 2 * x, x.flip(0)):
-        torch.testing.assert_close(tape(value), function(value), rtol=0, atol=0)
-
-
-def test_a_tape_plays_gradients_and_several_inputs() -> None:
-    def function(x: Tensor, y: Tensor) -> tuple[Tensor, Tensor]:
-        here = x.detach().requires_grad_()
-        with torch.enable_grad():
-            value = ((here.sigmoid() * y).tanh() * here.exp()).sum()
-            return value.detach(), torch.autograd.grad(value, here)[0]
-
-    x, y = torch.linspace(-1, 1, 6), torch.linspace(2, 3, 6)
-    tape = Tape(function, x, y)
-    for given in ((x, y), (2 * x, y - 1), (x.flip(0), y.square())):
-        for played, expected in zip(tape(*given), function(*given), strict=True):
-            torch.testing.assert_close(played, expected, rtol=0, atol=0)
-
-
-def test_what_is_written_into_a_constant_is_computed_every_time() -> None:
-    def function(x: Tensor) -> Tensor:
-        sums = torch.ones(3)
-        sums[0] += x.sum()
-        return sums.cumsum(0)
-
-    x = torch.linspace(-1, 2, 4)
-    tape = Tape(function, x)
-    assert not tape.faithful
-    for value in (x, 2 * x, x):
-        torch.testing.assert_close(tape(value), function(value), rtol=0, atol=0)
+@pytest.mark.parametrize("at_once", [(16, 2048), (3, 7)])
+def test_what_a_cost_gets_is_its_own_to_change_and_what_it_gives_is_kept(at_once, monkeypatch) -> None:
+    monkeypatch.setitem(module.AT_ONCE, "cpu", at_once)
+    model = Odd()
+    features, weights = sample(model, 11, 17)
+    population = Population(model, features)
+    expected = population_outputs(model, weights, features)
+    for _ in range(3):
+        torch.testing.assert_close(population.costs(weights, lambda some: some.neg_()), -expected, rtol=1e-13, atol=1e-13)
+        first = population.costs(weights, lambda some: some[:, :1])
+        population.costs(0.5 * weights, lambda some: some.square_().sum(-1))
+        torch.testing.assert_close(first, expected[:, :1], rtol=1e-13, atol=1e-13)

@@ -2,7 +2,7 @@
 
 from typing import ClassVar
 
-from torch import Tensor, addmm, cat, float64, nn, ones_like, sigmoid
+from torch import Tensor, cat, float64, nn, ones_like, sigmoid
 
 from zoo.errors import InputError
 from zoo.models.base import FeatureModel
@@ -37,12 +37,13 @@ class BP(FeatureModel):
     def head(self, features: Tensor) -> Tensor:
         """See `FeatureModel.head`."""
         standardised = self.scaler(features).reshape(-1, features.shape[-1])
-        columns = cat([standardised, ones_like(standardised[:, :1])], dim=1).T
+        columns = 2 * cat([standardised, ones_like(standardised[:, :1])], dim=1).T
         # tanh(u) = 2 σ(2u) − 1, and torch's σ takes a seventh of the time. Samples stand last, in one product for any number of nets under vmap.
-        nodes = sigmoid(cat([2 * self.hidden.weight, 2 * self.hidden.bias.unsqueeze(-1)], dim=1) @ columns)
+        nodes = sigmoid(cat([self.hidden.weight, self.hidden.bias.unsqueeze(-1)], dim=1) @ columns)
+        # Back to the output's unit in the weights, not in the samples, of which there are more.
         weight = self.output.weight
-        value = addmm((self.output.bias - weight.sum(-1)).unsqueeze(-1), 2 * weight, nodes)
-        return self.scaler.restore(value.reshape(features.shape[:-1]))
+        constant = self.scaler.restore(self.output.bias - weight.sum(-1)).unsqueeze(-1)
+        return (2 * self.scaler.error_scale * weight @ nodes + constant).reshape(features.shape[:-1])
 
     def standardise(self, features: Tensor, error: Tensor) -> None:
         """See `FeatureModel.standardise`."""

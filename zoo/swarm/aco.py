@@ -23,17 +23,17 @@ from zoo.swarm.settings import chosen, within
 
 @dataclass(frozen=True)
 class Settings:
-    """The numbers that steer a colony; engineering priors for a few thousand evaluations (the source takes ξ = 0.85, for ten times as many).
+    """The numbers that steer a colony; those of the source.
 
     Attributes:
         archive: k, solutions kept.
-        locality: q; the smaller, the more the ants follow the best few.
+        locality: q; the smaller, the more the ants follow the best few: at 1e-4 the best alone.
         deviation: ξ; the larger, the wider the steps and the slower the search.
     """
 
     archive: int = 50
-    locality: float = 0.05
-    deviation: float = 0.65
+    locality: float = 1e-4
+    deviation: float = 0.85
 
     def __post_init__(self) -> None:
         """Refuse what makes no colony."""
@@ -112,18 +112,17 @@ def tell(state: ACOState, cost: Tensor, generator: Chance) -> ACOState:
     costs = torch.cat([state.archive_cost, comparable(cost, state.archive_cost)], dim=-1)
     archive_cost, which = costs.topk(k, dim=-1, largest=False)
     archive = picked(torch.cat([state.archive, state.position], dim=-2), which)
-    told = state._replace(archive=archive, archive_cost=archive_cost, evaluations=state.evaluations + cost.shape[-1])
-    ants = state.position.shape[-2]
-    return told._replace(position=_sampled(told, generator) if told.evaluations >= k else place(state.low, state.high, ants, generator))
+    evaluations = state.evaluations + cost.shape[-1]
+    position = _sampled(archive, state, generator) if evaluations >= k else place(state.low, state.high, state.position.shape[-2], generator)
+    return state._replace(position=position, archive=archive, archive_cost=archive_cost, evaluations=evaluations)
 
 
-def _sampled(state: ACOState, generator: Chance) -> Tensor:
-    archive, s = state.archive, state.settings
+def _sampled(archive: Tensor, state: ACOState, generator: Chance) -> Tensor:
     which = torch.searchsorted(state.ranks, uniform(state.position.shape[:-1], archive, generator))
     mean = picked(archive, which)
     distance = (archive.unsqueeze(-3) - mean.unsqueeze(-2)).abs_().sum(-2)
     step = distance.mul_(normal(mean.shape, mean, generator))
-    return reflected(torch.add(mean, step, alpha=s.deviation / (s.archive - 1)), state.low, state.high)
+    return reflected(mean.add_(step, alpha=state.settings.deviation / (state.settings.archive - 1)), state.low, state.high)
 
 
 def _ranks(settings: Settings, like: Tensor) -> Tensor:

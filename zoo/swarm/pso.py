@@ -121,9 +121,10 @@ def tell(state: PSOState, cost: Tensor, generator: Chance) -> PSOState:
 def _moved(state: PSOState, own: Tensor, leader: Tensor, generator: Chance) -> tuple[Tensor, Tensor]:
     s, x = state.settings, state.position
     inertia = s.inertia_start + (s.inertia_end - s.inertia_start) * min(state.step / s.steps, 1.0)
+    own_draws, leader_draws = uniform((*x.shape[:-2], 2, *x.shape[-2:]), x, generator).unbind(-3)
     speed = state.speed * (s.constriction * inertia)
-    speed.addcmul_(uniform(x.shape, x, generator), own - x, value=s.constriction * s.pull_own)
-    speed.addcmul_(uniform(x.shape, x, generator), leader.unsqueeze(-2) - x, value=s.constriction * s.pull_leader)
+    speed.addcmul_(own_draws, own - x, value=s.constriction * s.pull_own)
+    speed.addcmul_(leader_draws, leader.unsqueeze(-2) - x, value=s.constriction * s.pull_leader)
     # Limited by the box's width: limits taken from its bounds would forbid a box of positive bounds any negative speed.
     limit = s.velocity * (state.high - state.low).unsqueeze(-2)
     speed.clamp_(-limit, limit)

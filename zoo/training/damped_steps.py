@@ -127,8 +127,10 @@ def descend(model: FeatureModel, features: Tensor, target: Tensor, weigh: Callab
         return weigh((target - outputs).mT)
 
     def normal(weights: Tensor) -> tuple[Tensor, Tensor]:
-        pieces = [slopes(weights, rows) for rows in features.split(ROWS_OF_COLUMNS)]
-        outputs, columns = (torch.cat(parts, dim=-1) for parts in zip(*pieces, strict=True))
+        outputs, columns = weights.new_empty(1, len(features)), weights.new_empty(*weights.shape, len(features))
+        for start in range(0, len(features), ROWS_OF_COLUMNS):
+            rows = slice(start, start + ROWS_OF_COLUMNS)
+            outputs[:, rows], columns[..., rows] = slopes(weights, features[rows])
         jacobian = weigh(columns[0].mT)
         return (jacobian.mT @ jacobian).unsqueeze(0), residual(outputs).mT @ jacobian
 

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from contextlib import nullcontext
-from functools import partial
 from typing import Any
 
 import torch
@@ -28,11 +27,11 @@ class _Faster(TorchFunctionMode):
 
     def __torch_function__(self, func: Any, types: Any, args: Any = (), kwargs: Any = None) -> Any:
         if func in (torch.tanh, Tensor.tanh) and not kwargs:
-            return (2 * args[0]).sigmoid_().mul_(2).sub_(1)
+            return 2 * (2 * args[0]).sigmoid() - 1
         if func is nn.functional.linear and not kwargs and args[0].dim() == 2:
             value, weight, bias = args if len(args) == 3 else (*args, None)
             nodes = weight @ value.mT
-            return (nodes if bias is None else nodes.add_(bias.unsqueeze(-1))).mT
+            return (nodes if bias is None else nodes + bias.unsqueeze(-1)).mT
         return func(*args, **(kwargs or {}))
 
 
@@ -54,7 +53,7 @@ class Population:
         self.parts = features.split(rows)
         self.shapes = {id(parameter): (parameter.shape, parameter.numel()) for parameter in model.parameters()}
         self.places = [(module, name, value) for module in model.modules() for name, value in module._parameters.items() if value is not None]
-        self.passes = [Recorded(partial(self._batched, part)) for part in self.parts]
+        self.passes = Recorded(self._whole)
 
     def outputs(self, weights: Tensor) -> Tensor:
         """(P, D) weights, ordered as `zoo.training.weights.weight_vector` does, -> (P, M) predicted errors [output's unit]."""
@@ -65,17 +64,29 @@ class Population:
 
         Args:
             weights: (P, D).
-            cost: (p, M) predicted errors [output's unit] -> (p, ...), any number of particles at a time.
+            cost: (p, M) predicted errors [output's unit] -> (p, ...), any number of particles at a time. What it is given it may change, and must not
+                keep: the next particles' errors lie there.
 
         Returns:
             (P, ...).
         """
         with torch.no_grad():
-            some = weights.split(even(len(weights), self.particles))
-            return torch.cat([cost(torch.cat([outputs(few) for outputs in self.passes], dim=-1)) for few in some])
+            at_once = even(len(weights), self.particles)
+            first = cost(self.passes(weights[:at_once]))
+            if at_once >= len(weights):
+                return first.clone()
+            costs = first.new_empty(len(weights), *first.shape[1:])
+            costs[:at_once] = first
+            for start in range(at_once, len(weights), at_once):
+                costs[start : start + at_once] = cost(self.passes(weights[start : start + at_once]))
+            return costs
 
-    def _batched(self, features: Tensor, weights: Tensor) -> Tensor:
-        """(p, D) weights -> (p, m) outputs for one part of the samples."""
+    def _whole(self, weights: Tensor) -> Tensor:
+        return (
+            torch.cat([self._batched(weights, part) for part in self.parts], dim=-1) if len(self.parts) > 1 else self._batched(weights, self.parts[0])
+        )
+
+    def _batched(self, weights: Tensor, features: Tensor) -> Tensor:
         with nullcontext() if weights.is_cuda else _Faster():
             outputs: Tensor = vmap(self._single, in_dims=(0, None))(weights, features)
         return outputs

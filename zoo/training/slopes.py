@@ -37,14 +37,15 @@ class Slopes:
             (E,) mean squared errors [output's unit, squared] and (E, D) their derivatives.
         """
         rows, members = parts_of(features, features.shape[-2])
-        own, found = features.ndim == 3, []
+        own, losses, slopes = features.ndim == 3, error.new_zeros(len(weights)), torch.zeros_like(weights)
         for start in range(0, len(weights), even(len(weights), members)):
             some = slice(start, start + even(len(weights), members))
             here, wanted = (features[some], error[some]) if own else (features, error)
-            pieces = zip(here.split(rows, dim=-2), wanted.split(rows, dim=-1), strict=True)
-            found.append([sum(parts) for parts in zip(*(self._sums(weights[some], *piece) for piece in pieces), strict=True)])
-        losses, slopes = (torch.cat(parts) / error.shape[-1] for parts in zip(*found, strict=True))
-        return losses, slopes
+            for piece in zip(here.split(rows, dim=-2), wanted.split(rows, dim=-1), strict=True):
+                loss, slope = self._sums(weights[some], *piece)
+                losses[some] += loss
+                slopes[some] += slope
+        return losses / error.shape[-1], slopes / error.shape[-1]
 
     def _computed(self, weights: Tensor, features: Tensor, error: Tensor) -> tuple[Tensor, Tensor]:
         here = weights.detach().requires_grad_()

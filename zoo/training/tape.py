@@ -1,105 +1,72 @@
-"""A function of tensors as the plain list of its operations."""
+"""A function of tensors as the plain list of its operations, in memory of its own."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Any, NamedTuple
+from functools import cache, partial
+from typing import Any
 
+import torch
 from torch import Tensor
-from torch.utils._python_dispatch import TorchDispatchMode
+
+from zoo.training.recording import Operation, Recorder, Slot, once, renamed, within
+
+KEPT = 8
+"""Tapes of one function, each in memory of its own: for what is cut into pieces, with a shorter last one in every direction, and some to spare."""
 
 
-class _Slot(NamedTuple):
-    """Stands for a tensor that depends on the inputs."""
-
-    number: int
-
-
-class _Played(NamedTuple):
-    """One operation: what it takes (slots among constants), where its results go, and which slots nobody asks for afterwards."""
-
-    operation: Any
-    args: list[Any]
-    kwargs: dict[str, Any]
-    results: list[int]
-    spent: list[int]
-
-
-class Tape(TorchDispatchMode):
+class Tape:
     """Records a function of tensors, for inputs of one shape, and plays it without the Python code, the vmap and the gradient's graph that made it.
 
-    For small tensors these take several times as long as the arithmetic. What does not depend on the inputs is computed once. The function must be
-    one of its inputs alone: deterministic, and without a branch on their values, which vmap forbids as well. One that writes what depends on its
-    inputs into something that does not is not recorded but called every time.
+    For small tensors these take several times as long as the arithmetic. What does not depend on the inputs is computed once, and so is what the
+    function computes twice. Results lie where they lay at the last call, so that views need not be taken again and no memory is asked for: beyond a
+    few hundred kB the system takes as long to give it as the arithmetic. The function must be one of its inputs alone: deterministic, and without a
+    branch on their values, which vmap forbids as well. One whose operations do not tell all, see `Recorder`, is called every time.
+
+    Attributes:
+        faithful: whether it is played.
+        steps: the calls, one after the other.
     """
 
     def __init__(self, function: Callable[..., Any], *values: Tensor) -> None:
         """Record.
 
         Args:
-            function: of tensors, to a tensor or a tuple of tensors.
-            *values: inputs; others must have their shapes and be as contiguous.
+            function: of tensors, to a tensor or nested tuples of tensors.
+            *values: inputs; others must have their shapes, types and device.
         """
-        super().__init__()
-        self.function, self.faithful = function, True
-        self.slots = {_place(value): number for number, value in enumerate(values)}
-        self.played: list[_Played] = []
-        self.seen: list[Any] = [values]  # Kept while recording: a place is a tensor's own only as long as it lives.
-        self.made = len(values)
-        with self:
-            found = function(*values)
-        self.last = self._slotted(found)
-        self._forget_early()
-        self.slots, self.seen = {}, []
-
-    def __torch_dispatch__(self, func: Any, types: Any, args: Any = (), kwargs: Any = None) -> Any:
-        given = [self._slotted(one) for one in args]
-        named = {name: self._slotted(one) for name, one in (kwargs or {}).items()}
-        result = func(*args, **(kwargs or {}))
-        self.seen.append((args, kwargs, result))
-        changes = func._schema.is_mutable
-        if isinstance(result, Tensor) and not changes and _place(result) in self.slots:
-            return result  # Only another name for what is there, as a tensor expanded to its own size.
-        if any(_slots([*given, *named.values()])):
-            several = result if isinstance(result, list | tuple) else [result]
-            made = list(range(self.made, self.made + len(several)))
-            self.made += len(made)
-            self.faithful &= not changes or type(given[0]) is _Slot
-            self.slots |= {_place(one): slot for one, slot in zip(several, made, strict=True) if isinstance(one, Tensor)}
-            self.played.append(_Played(func, given, named, made, []))
-        return result
+        with torch.inference_mode(False), torch.no_grad():  # Tensors made in inference mode could be written in inference mode only.
+            inputs = [value.detach().clone() for value in values]
+        recorder = Recorder(*inputs)
+        with recorder:
+            found = function(*inputs)
+        found = recorder.result(found)
+        self.function, self.faithful = function, recorder.faithful
+        self.inputs: list[Tensor] = []
+        self.steps: list[Callable[[], Any]] = []
+        if self.faithful:
+            recorded, same = once(recorder.recorded)
+            with torch.inference_mode(False), torch.no_grad():
+                plan = _Plan(inputs, recorded, renamed(found, same))
+            self.inputs, self.steps, self.output = inputs, plan.steps, plan.output
 
     def __call__(self, *inputs: Tensor) -> Any:
-        """The function of other inputs of the same shapes."""
+        """The function of other inputs, without a gradient. The next call overwrites what this one returns."""
         if not self.faithful:
             return self.function(*inputs)
-        values: list[Any] = [*inputs, *[None] * (self.made - len(inputs))]
-        for operation, args, kwargs, results, spent in self.played:
-            result = operation(*_filled(args, values), **{name: _filled([one], values)[0] for name, one in kwargs.items()})
-            if isinstance(result, list | tuple):
-                values[results[0] : results[-1] + 1] = result
-            else:
-                values[results[0]] = result
-            for slot in spent:
-                values[slot] = None
-        return _filled([self.last], values)[0]
-
-    def _slotted(self, value: Any) -> Any:
-        if isinstance(value, list | tuple):
-            return [self._slotted(one) for one in value]
-        return _Slot(self.slots[_place(value)]) if isinstance(value, Tensor) and _place(value) in self.slots else value
-
-    def _forget_early(self) -> None:
-        # Memory that is free again is used again while it is in the cache.
-        needed = {slot.number for slot in _slots([self.last])}
-        for one in reversed(self.played):
-            mentioned = {slot.number for slot in _slots([*one.args, *one.kwargs.values()])} | set(one.results)
-            one.spent.extend(mentioned - needed)
-            needed |= mentioned
+        with torch.no_grad():
+            for place, value in zip(self.inputs, inputs, strict=True):
+                place.copy_(value)
+            for step in self.steps:
+                step()
+        return self.output
 
 
 class Recorded:
-    """A function of tensors that is played from a tape for inputs of shapes that come again; what comes only once is not worth recording."""
+    """A function of tensors that is played from a tape for inputs of shapes that come again; what comes only once is not worth recording.
+
+    The next call may overwrite what this one returns, see `Tape`.
+    """
 
     def __init__(self, function: Callable[..., Any]) -> None:
         """Prepare.
@@ -112,30 +79,123 @@ class Recorded:
 
     def __call__(self, *inputs: Tensor) -> Any:
         """The function of some inputs."""
-        given = [one.contiguous() for one in inputs]
-        key = tuple(one.shape for one in given)
-        if key not in self.tapes:
-            self.tapes[key] = None
-            return self.function(*given)
-        tape = self.tapes[key] or Tape(self.function, *given)
-        self.tapes[key] = tape
-        return tape(*given)
+        key = tuple((one.shape, one.dtype, one.device) for one in inputs)
+        known = key in self.tapes
+        tape = self.tapes.pop(key, None)
+        if known and tape is None:
+            tape = Tape(self.function, *(one.contiguous() for one in inputs))
+        self.tapes[key] = tape  # Last, as the latest used.
+        self._forget()
+        return tape(*inputs) if tape else self.function(*(one.contiguous() for one in inputs))
+
+    def _forget(self) -> None:
+        """Shapes of members that end one by one never come again."""
+        held = [key for key, tape in self.tapes.items() if tape]
+        for key in held[:-KEPT]:
+            del self.tapes[key]
 
 
-def _place(tensor: Tensor) -> tuple[Any, ...]:
-    """Where a tensor lies in memory: the same for all its names, of which what a gradient keeps for itself is one."""
-    return tensor.data_ptr(), tensor.shape, tensor.stride(), tensor.dtype
+class _Plan:
+    """Where every result lies, and the calls that fill these places one after the other."""
+
+    def __init__(self, inputs: list[Tensor], recorded: list[Operation], last: Any) -> None:
+        self.steps: list[Callable[[], Any]] = []
+        self.values: dict[Slot, Any] = {Slot(number): value for number, value in enumerate(inputs)}
+        self.root: dict[Slot, int] = {slot: slot.number for slot in self.values}  # Slots that share memory share a root.
+        self.memory: dict[int, Tensor] = {}
+        self.free: list[Tensor] = []
+        for one in recorded:
+            self.root |= {slot: slot.number if one.lent is None else self.root[one.lent] for slot in one.slots}
+        for one, spent in zip(recorded, self._spent(recorded, last), strict=True):
+            self._lay(one, spent)
+        self.output = self._returned(last)
+
+    def _filled(self, value: Any) -> Any:
+        """A value with the tensors themselves in place of the slots."""
+        if type(value) is tuple:
+            return [self._filled(one) for one in value]
+        return self.values[value] if isinstance(value, Slot) else value
+
+    def _returned(self, value: Any) -> Any:
+        """A result of the function: constants are copied every time, since who gets them may change them."""
+        if type(value) is tuple:
+            return tuple(self._returned(one) for one in value)
+        if isinstance(value, Tensor):
+            place = torch.empty_like(value)
+            self.steps.append(partial(place.copy_, value))
+            return place
+        return self._filled(value)
+
+    def _spent(self, recorded: list[Operation], last: Any) -> list[set[int]]:
+        """Of every operation the roots that nobody asks for after it; the inputs and the output are kept."""
+        kept = {self.root[slot] for slot in (*self.values, *within(last, Slot))}
+        ends = {self.root[slot]: number for number, one in enumerate(recorded) for slot in (*within((one.args, one.kwargs), Slot), *one.slots)}
+        spent: list[set[int]] = [set() for _ in recorded]
+        for root in ends.keys() - kept:
+            spent[ends[root]].add(root)
+        return spent
+
+    def _lay(self, one: Operation, spent: set[int]) -> None:
+        args, kwargs = self._filled(one.args), {name: self._filled(value) for name, value in one.kwargs.items()}
+        call = partial(one.function, *args, **kwargs)
+        if one.changes:
+            self.values[one.slots[0]] = self._filled(one.lent)
+            self.steps.append(call)
+        elif one.lent is not None:
+            views = call()
+            self.values |= zip(one.slots, views if isinstance(views, list | tuple) else [views], strict=True)
+        else:
+            own = self._in_place(one, spent)
+            places: list[Tensor | None] = (
+                [own] if own is not None else [self._place(slot.number, tensor) for slot, tensor in zip(one.slots, one.gave, strict=True)]
+            )
+            self.values |= zip(one.slots, places, strict=True)
+            out = _with_out(one.function) if len(places) == 1 else None
+            self.steps.append(partial(out, *args, **kwargs, out=places[0]) if out else partial(_copied, call, places))
+        self.free += [self.memory[root] for root in spent if root in self.memory]
+
+    def _in_place(self, one: Operation, spent: set[int]) -> Tensor | None:
+        """The place of an argument that nobody needs any more, where the result may lie as well."""
+        if torch.Tag.pointwise not in one.function.tags:
+            return None
+        given = list(within((one.args, one.kwargs), Slot))
+        for slot in given:
+            place, root = self.values[slot], self.root[slot]
+            if root in spent and _alike(place, one.gave[0]) and all(other == slot or self.root[other] != root for other in given):
+                self.memory[one.slots[0].number] = self.memory.pop(root)
+                spent.discard(root)
+                found: Tensor = place
+                return found
+        return None
+
+    def _place(self, root: int, like: Tensor | None) -> Tensor | None:
+        """Memory for a tensor: what was freed last, being in the cache, or else new."""
+        if like is None:
+            return None
+        extent = 1 + sum((size - 1) * stride for size, stride in zip(like.shape, like.stride(), strict=True)) if like.numel() else 0
+        fitting = [i for i, one in enumerate(self.free) if (len(one), one.dtype, one.device) == (extent, like.dtype, like.device)]
+        self.memory[root] = self.free.pop(fitting[-1]) if fitting else torch.empty(extent, dtype=like.dtype, device=like.device)
+        return self.memory[root].as_strided(like.shape, like.stride())
 
 
-def _slots(values: list[Any]) -> list[_Slot]:
-    found = []
-    for one in values:
-        if type(one) is _Slot:
-            found.append(one)
-        elif isinstance(one, list):
-            found.extend(_slots(one))
-    return found
+def _alike(one: Tensor, other: Tensor) -> bool:
+    return (one.shape, one.stride(), one.dtype, one.device) == (other.shape, other.stride(), other.dtype, other.device)
 
 
-def _filled(args: list[Any], values: list[Any]) -> list[Any]:
-    return [values[one.number] if type(one) is _Slot else _filled(one, values) if type(one) is list else one for one in args]
+def _copied(call: Callable[[], Any], places: list[Tensor | None]) -> None:
+    results = call()
+    for place, result in zip(places, results if isinstance(results, list | tuple) else [results], strict=True):
+        if place is not None:
+            place.copy_(result)
+
+
+@cache
+def _with_out(operation: Any) -> Any:
+    """The same operation that writes its one result into memory given as `out`; None where there is none."""
+    wanted = [(one.name, str(one.type)) for one in operation._schema.arguments]
+    packet = operation.overloadpacket
+    for overload in (getattr(packet, name) for name in packet.overloads()):
+        *given, last = overload._schema.arguments
+        if last.is_out and last.name == "out" and [(one.name, str(one.type)) for one in given] == wanted:
+            return overload
+    return None
