@@ -8,7 +8,7 @@ from dataclasses import replace
 import pytest
 
 from zoo.diagnosis.acceptance import convinces
-from zoo.diagnosis.diagnose import Diagnosis, diagnose
+from zoo.diagnosis.diagnose import Diagnosis, diagnose, open_bench
 from zoo.diagnosis.posterior import hypotheses
 from zoo.diagnosis.search import Search, _drop, _single
 from zoo.diagnosis.trials import Step
@@ -116,3 +116,14 @@ def test_an_addition_on_little_evidence_that_noise_was_no_alternative_to_is_beli
     listed = hypotheses(replace(found.search, steps=[little, *others]), found.structure, 0.0)
     assert listed[0].effects == ("bias_step",)
     assert listed[0].probability > 0.8
+
+
+@pytest.mark.parametrize("name", ["polarization", "hysteresis"])
+def test_an_effect_that_is_in_the_model_from_the_start_is_fitted_as_well_as_one_that_is_added(simulation, catalogue, base, name) -> None:
+    """Fringes of another period than the declared one are found by a search, not by steps from there."""
+    runs = [as_run(recorded) for recorded in simulation(name, 1, 6.0).runs]
+    bench = open_bench(runs, [*base, name], catalogue)
+    begun = bench.begin((base[0], name, *base[1:]))
+    added = open_bench(runs, [*base, name], catalogue)
+    assert begun.fit.total <= added.add(added.solve(tuple(base)), name).fit.total + 1.0
+    assert begun.rms < 1.1 * bench.mixtures.white

@@ -85,7 +85,7 @@ def refine(
 
 
 def _climb(bench: Workbench, diagnosis: Diagnosis | None, names: tuple[str, ...], added: list[str], progress: Callable[[str], None]) -> list[Solved]:
-    solutions = [diagnosis.search.base if diagnosis else bench.solve(names)]
+    solutions = [diagnosis.search.base if diagnosis else bench.begin(names)]
     for name in added:
         progress(f"refitting with {name}")
         known = bench.known((*solutions[-1].names, name))

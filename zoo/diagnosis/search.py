@@ -207,24 +207,24 @@ def settle(
         candidates: effects that may be added.
         progress: told what is being tried.
     """
-    found = search(bench, bench.solve(names), candidates, progress)
+    found = search(bench, bench.begin(names), candidates, progress)
     for _ in range(PASSES):
         left = found.final.residual
         white = min(white_level(list(left.split([run.blocks for run in bench.runs]))), float(left.square().mean().sqrt()))
         if white >= QUIETER * bench.mixtures.white:
             break
         bench = bench.with_white(white)
-        found = search(bench, bench.solve(names), candidates, progress)
+        found = search(bench, bench.begin(names), candidates, progress)
     clean = bench.without_outliers(found.final)
     if clean is not bench:
         bench = clean
-        found = search(bench, bench.solve(names), candidates, progress)
+        found = search(bench, bench.begin(names), candidates, progress)
     likely, assumed = found.final.likely.noise, bench.noise
     as_assumed = likely.walk < SLOW * likely.white and likely.flicker < RECONSIDER * assumed.flicker
     if as_assumed or bench.mixtures.much_walk(likely):
         return bench, found
     again = bench.with_noise(likely)
-    return again, search(again, again.solve(names), candidates, progress)
+    return again, search(again, again.begin(names), candidates, progress)
 
 
 def _finished(bench: Workbench, base: Solved, solved: Solved) -> Solved:

@@ -186,6 +186,23 @@ class Workbench:
         self._solved[key] = Solved(names, design.model, design, best, self.mixtures, near)
         return self._solved[key]
 
+    def begin(self, names: tuple[str, ...]) -> Solved:
+        """Fit the model as it stands.
+
+        Effects whose shapes no step finds from where they are declared are put in last, each with its shapes searched for beside the others.
+
+        Args:
+            names: effects, in the order of the model.
+        """
+        hidden = [name for name in names if self.effects[name].sharp or len(self.effects[name].shape) > 1]
+        plain = tuple(name for name in names if name not in hidden)
+        if not hidden or not plain or self.known(names):
+            return self.solve(names)
+        solved = self.solve(plain)
+        for name in hidden:
+            solved = self.add(solved, name)
+        return solved
+
     def extend(self, base: Solved, name: str, shape: Tensor, far: bool = True, start: Tensor | None = None) -> Solved:
         """Refit, coarsely, with one more effect, its shape started where screening found it.
 
