@@ -192,7 +192,8 @@ def test_equal_seeds_give_equal_models_whatever_the_global_state(name, raw, fitt
 def test_the_units_of_the_error_do_not_matter(feature_name, raw) -> None:
     large, small = (fitted(feature_name, raw, factor=factor) for factor in (1.0, 4.848e-6))
     x = raw(large.inputs)
-    torch.testing.assert_close(small(x) / 4.848e-6, large(x), rtol=1e-6, atol=1e-6)
+    # The terms of a kernel machine are a million times as large as their sum.
+    torch.testing.assert_close(small(x) / 4.848e-6, large(x), **({"rtol": 1e-6, "atol": 1e-6} if feature_name == "ls_svm" else {}))
 
 
 def test_forward_is_head_of_features(feature_model, raw) -> None:
