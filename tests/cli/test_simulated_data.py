@@ -5,10 +5,14 @@ from __future__ import annotations
 import json
 from pathlib import Path
 
+import hydra
 import pandas as pd
 import pytest
+from hydra.core.hydra_config import HydraConfig
 
+from zoo.catalog import config_folder
 from zoo.cli import run
+from zoo.cli.inputs import read_data
 
 SHORT = ["data=simulated", "data.simulated.runs=1", "+data.simulated.profile=sine", "+data.simulated.sample_s=60", "data.files=[run_1.parquet]"]
 
@@ -45,3 +49,10 @@ def test_a_wrong_setting_of_the_simulation_is_told(tmp_path: Path, capsys: pytes
     assert run("train", [*SHORT, f"data.folder={tmp_path}", "+data.simulated.colour=red", f"hydra.run.dir={tmp_path / 'out'}"]) == 2
     assert "colour" in capsys.readouterr().err
     assert not list(tmp_path.glob("medium*"))
+
+
+def test_a_config_composed_in_a_program_of_ones_own_is_simulated_as_well(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(HydraConfig.instance(), "cfg", None)
+    with hydra.initialize_config_dir(str(config_folder()), version_base=None):
+        runs, checks = read_data(hydra.compose("train", [*SHORT, f"data.folder={tmp_path}"]))
+    assert [one.name for one in (*runs, *checks)] == ["run_1", "check"]
