@@ -7,7 +7,6 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from hydra.core.hydra_config import HydraConfig
 from omegaconf import DictConfig, OmegaConf
 from rich.console import Console
 from rich.table import Table
@@ -15,6 +14,7 @@ from rich.text import Text
 
 from zoo.artifacts import write_json
 from zoo.catalog import load_ranges
+from zoo.cli.command_line import is_typed
 from zoo.cli.saved_models import SavedModel, find_model
 from zoo.errors import InputError
 from zoo.measurements.files import find_files, run_names, suffix
@@ -54,7 +54,7 @@ def run(config: DictConfig, out: Path) -> Path:
         compensator = _compensator(saved, device)
         passes = [Compensation(compensator, one, data["reference"], _average(data, saved), data["gap_s"]) for one in layouts]
         done = [_written(one, target) for one, target in zip(passes, targets, strict=True)]
-    known = [one.reference is not None or _is_given("data.reference") for one in layouts]
+    known = [one.reference is not None or is_typed("data.reference") for one in layouts]
     facts = [_facts(*each, compensator) for each in zip(layouts, targets, done, known, strict=True)]
     _draw(targets, layouts, done)
     model = {"path": str(saved.folder), "name": saved.kind}
@@ -112,10 +112,6 @@ def _written(one: Compensation, target: Path) -> Tally:
             advance(steps)
 
         return one.write(target, tell)
-
-
-def _is_given(key: str) -> bool:
-    return any(one.lstrip("+").startswith(f"{key}=") for one in HydraConfig.get().overrides.task)
 
 
 def _facts(one: Layout, target: Path, tally: Tally, known: bool, compensator: Compensator) -> dict[str, Any]:

@@ -5,12 +5,11 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any
 
-from hydra.core.hydra_config import HydraConfig
 from hydra.core.override_parser.overrides_parser import OverridesParser
 from omegaconf import DictConfig, OmegaConf
 
 from zoo.catalog import create, find, load, names
-from zoo.cli.searchpath import searchpath
+from zoo.cli.command_line import searchpath, typed
 from zoo.effects.base import Effect
 from zoo.effects.checks import check_effect
 from zoo.errors import InputError, nearest
@@ -42,7 +41,7 @@ def chosen(config: DictConfig) -> dict[str, Effect]:
 
 def _typed(group: str) -> list[str]:
     """The names given to a config group on the command line."""
-    overrides = OverridesParser.create().parse_overrides(list(HydraConfig.get().overrides.task))
+    overrides = OverridesParser.create().parse_overrides(typed())
     last = next((one.value() for one in reversed(overrides) if one.key_or_group == group), None)
     return [last] if isinstance(last, str) else [str(name) for name in last] if isinstance(last, list) else []
 

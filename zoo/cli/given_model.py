@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
-from hydra.core.hydra_config import HydraConfig
 from omegaconf import DictConfig, open_dict
 
+from zoo.cli.command_line import is_typed
 from zoo.cli.effects import catalogue, model_effects
 from zoo.cli.saved_models import SavedModel, find_model
 from zoo.effects.base import Effect
@@ -69,12 +69,12 @@ def subject(config: DictConfig, runs: list[Run], wanted: list[str] | None = None
     if unit != runs[0].unit:
         raise InputError(f"model={saved.folder}: was trained on errors in {unit}; {runs[0].name} is in {runs[0].unit}")
     asked = config.copy()
-    if not any(one.lstrip("+").startswith("effects") for one in HydraConfig.get().overrides.task):
+    if not is_typed("effects"):
         with open_dict(asked):
             asked.effects = {}  # the defaults are of a sum of effects that was not asked about
     network, own = _parts(saved.module)
-    typed, known = list(asked.get("effects") or {}), catalogue(asked, wanted)
-    more = [name for name in typed if name not in own]
+    wished, known = list(asked.get("effects") or {}), catalogue(asked, wanted)
+    more = [name for name in wished if name not in own]
     term = "" if network is None else saved.kind if saved.kind not in known else f"{saved.kind}_model"
     names = [*([term] if term else []), *own, *more]
     return Subject(names, {**known, **own}, saved, network, term, bool(more)).linearised(runs)

@@ -12,8 +12,8 @@ import torch
 from omegaconf import DictConfig, OmegaConf
 
 from zoo.catalog import MODEL_FILE, load
+from zoo.cli.command_line import searchpath
 from zoo.cli.given_model import Subject
-from zoo.cli.searchpath import searchpath
 from zoo.diagnosis.diagnose import Diagnosis, diagnose
 from zoo.diagnosis.refine import CHECK_ALLOWED, Refinement, refine
 from zoo.diagnosis.regions import regions, runs_rms

@@ -7,11 +7,10 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
-from hydra.core.hydra_config import HydraConfig
 from hydra.core.override_parser.overrides_parser import OverridesParser
 from omegaconf import DictConfig
 
-from zoo.cli.searchpath import searchpath
+from zoo.cli.command_line import searchpath, typed
 from zoo.report.unknown_stub import stub_of
 
 RUNS = ("data", "data.files", "data.check_files")
@@ -20,9 +19,9 @@ RUNS = ("data", "data.files", "data.check_files")
 
 def typed_settings() -> list[str]:
     """The settings as they were typed, whichever they are, without what to add; the user's own config folders come last."""
-    typed = [one for one in HydraConfig.get().overrides.task if not one.startswith("add=")]
+    kept = [one for one in typed() if not one.startswith("add=")]
     folders = ",".join(f"file://{folder}" for folder in searchpath())
-    return [*typed, *([f"hydra.searchpath=[{folders}]"] if folders else [])]
+    return [*kept, *([f"hydra.searchpath=[{folders}]"] if folders else [])]
 
 
 def refine_words() -> list[str]:

@@ -19,9 +19,9 @@ from torch import Tensor
 
 from zoo.artifacts import writable_folder, write_text
 from zoo.catalog import create, load_members, load_model, names
+from zoo.cli.command_line import searchpath, typed
 from zoo.cli.inputs import read_data
 from zoo.cli.papers import GROUP
-from zoo.cli.searchpath import searchpath
 from zoo.cli.simulated_data import NOISELESS
 from zoo.cli.train import fitted, trained
 from zoo.errors import InputError
@@ -75,7 +75,7 @@ def run(config: DictConfig, out: Path) -> Path:
 
 def _composed(config: DictConfig, own: list[str]) -> DictConfig:
     """The settings of one method, as `fogzoo train` would have them: the experiment's, the user's, the method's own."""
-    given = [one for one in HydraConfig.get().overrides.task if not one.startswith((f"{GROUP}=", "methods", "+methods"))]
+    given = [one for one in typed() if not one.startswith((f"{GROUP}=", "methods", "+methods"))]
     paper = HydraConfig.get().runtime.choices[GROUP]
     return hydra.compose("train", [f"{GROUP}={paper}", f"seeds={config.seeds}", *given, *own], return_hydra_config=True)
 

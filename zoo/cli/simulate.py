@@ -14,8 +14,8 @@ from rich.progress import track
 from rich.table import Table
 
 from zoo.catalog import create, names
+from zoo.cli.command_line import searchpath
 from zoo.cli.effects import catalogue, chosen
-from zoo.cli.searchpath import searchpath
 from zoo.errors import InputError, nearest
 from zoo.models.prediction import usable_device
 from zoo.simulator.accelerometer.fleet import accelerometer_fleet

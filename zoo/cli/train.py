@@ -14,10 +14,10 @@ from rich.table import Table
 
 from zoo.artifacts import write_json
 from zoo.catalog import create, load, save_model
+from zoo.cli.command_line import searchpath
 from zoo.cli.effects import chosen
 from zoo.cli.inputs import read_data
 from zoo.cli.outcomes import settings_text
-from zoo.cli.searchpath import searchpath
 from zoo.errors import InputError
 from zoo.measurements.run import Run
 from zoo.models.base import Model
