@@ -57,7 +57,11 @@ def test_a_training_becomes_files_that_say_where_they_come_from(trained, tmp_pat
     assert set(metadata["parity"]["runs"]) == {"chamber", "a made-up run"}
     x = torch.tensor([[0.0, 20.0], [7.0, 21.0], [9.0, 30.0]], dtype=torch.float64)
     with torch.no_grad():
-        torch.testing.assert_close(torch.jit.load(tmp_path / "out" / "model.ts")(x), load_model(trained)(x), rtol=1e-12, atol=1e-12)
+        predicted = load_model(trained)(x)
+        torch.testing.assert_close(torch.jit.load(tmp_path / "out" / "model.ts")(x), predicted, rtol=1e-12, atol=1e-12)
+    formula = metadata["formula"]["coefficients"]
+    assert formula["1"] + 20.0 * formula["temperature"] == pytest.approx(float(predicted[0]), rel=1e-9), "nothing has moved yet"
+    assert formula == json.loads((trained / "metrics.json").read_text())["formula"]["coefficients"]
 
 
 @pytest.mark.slow

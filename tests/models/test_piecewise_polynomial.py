@@ -56,12 +56,17 @@ def planted(given: Tensor, edges: list[float], seed: int = 3) -> tuple[Tensor, l
     return values.gather(0, segment.unsqueeze(0))[0], every
 
 
+def polynomials(model: PiecewisePolynomial) -> list[dict[str, float]]:
+    return [segment["coefficients"] for segment in model.formula()["segments"]]
+
+
 def test_planted_coefficients_come_back_segment_by_segment() -> None:
     given = features()
     error, expected = planted(given, EDGES)
     model = fitted(PiecewisePolynomial(BOTH, EDGES), given, error)
     torch.testing.assert_close(model.head(given), error, rtol=0, atol=1e-9)
-    for found, wanted in zip(model.coefficients(), expected, strict=True):
+    assert [segment["temperature"] for segment in model.formula()["segments"]] == [list(ends) for ends in itertools.pairwise([None, *EDGES, None])]
+    for found, wanted in zip(polynomials(model), expected, strict=True):
         for name, value in found.items():
             assert value == pytest.approx(wanted.get(name, 0.0), rel=1e-4, abs=1e-6)
 
@@ -75,7 +80,7 @@ def test_the_physical_coefficients_are_the_model_also_beyond_the_data(continuous
     model.standardise(given, torch.sin(given[:, 0]))
     wide = features(seed=2, low=-40.0, high=80.0)
     segment = torch.bucketize(wide[:, 0].contiguous(), model.edges, right=True)
-    expected = torch.stack([physical(one, wide) for one in model.coefficients()]).gather(0, segment.unsqueeze(0))[0]
+    expected = torch.stack([physical(one, wide) for one in polynomials(model)]).gather(0, segment.unsqueeze(0))[0]
     torch.testing.assert_close(model.head(wide).detach(), expected, rtol=1e-9, atol=1e-9)
 
 

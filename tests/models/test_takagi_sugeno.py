@@ -33,7 +33,7 @@ def test_it_is_the_formula_in_physical_units() -> None:
     for row, found in zip(features.tolist(), model.head(features).tolist(), strict=True):
         value = dict(zip(("temperature", "temperature_rate"), row, strict=True))
         weights, planes = [], []
-        for rule in model.rules():
+        for rule in model.formula()["rules"]:
             weights.append(math.exp(-sum((value[name] - c) ** 2 / (2 * rule["width"][name] ** 2) for name, c in rule["centre"].items())))
             planes.append(sum(slope * (1.0 if name == "1" else value[name]) for name, slope in rule["consequent"].items()))
         expected = sum(weight * plane for weight, plane in zip(weights, planes, strict=True)) / sum(weights)
@@ -43,7 +43,7 @@ def test_it_is_the_formula_in_physical_units() -> None:
 def test_one_rule_is_a_plane_wherever_it_stands() -> None:
     model, features = drawn(rules=1), inputs()
     columns = torch.cat([torch.ones_like(features[:, :1]), features], dim=-1)
-    plane = torch.tensor(list(model.rules()[0]["consequent"].values()), dtype=torch.float64)
+    plane = torch.tensor(list(model.formula()["rules"][0]["consequent"].values()), dtype=torch.float64)
     torch.testing.assert_close(model.head(features).detach(), columns @ plane, rtol=1e-12, atol=1e-12)
 
 

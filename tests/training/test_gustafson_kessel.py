@@ -43,7 +43,7 @@ def test_two_lines_that_meet_are_two_rules() -> None:
     """Clusters of a bent line are its halves, a rule each, with their slopes."""
     temperature = torch.linspace(-40, 60, 400).double().unsqueeze(1)
     error = torch.where(temperature[:, 0] < 10, 0.02 * (temperature[:, 0] - 10), -0.05 * (temperature[:, 0] - 10)) + 3
-    rules = sorted(clustered(temperature, error, 2, overlap=0.5).rules(), key=lambda rule: rule["centre"]["temperature"])
+    rules = sorted(clustered(temperature, error, 2, overlap=0.5).formula()["rules"], key=lambda rule: rule["centre"]["temperature"])
     assert [rule["consequent"]["temperature"] for rule in rules] == pytest.approx([0.02, -0.05], rel=0.03)
     assert [rule["centre"]["temperature"] for rule in rules] == pytest.approx([-15, 35], abs=5)
 

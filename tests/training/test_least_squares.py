@@ -19,7 +19,7 @@ def chance() -> torch.Generator:
 def test_planted_coefficients_come_back(make_run, order: int, rate_order: int) -> None:
     model = Polynomial(FEATURES, order, rate_order)
     LeastSquares().fit(model, [make_run(), make_run("run_2", high=60.0)], chance())
-    found = model.coefficients()
+    found = model.formula()["coefficients"]
     expected = {"1": 0.3, "temperature": 0.02, "temperature_rate": -0.15}
     assert len(found) == 1 + order + rate_order
     for name, value in found.items():

@@ -85,7 +85,9 @@ def _about(saved: SavedModel, runs: Sequence[Run]) -> dict[str, Any]:
         "schema_version": 1,
         "model": saved.kind,
         "settings": OmegaConf.to_container(OmegaConf.load(saved.folder / MODEL_FILE)),
+        "formula": module.formula() or None,
         "effects": [name for name, _ in physics.named_effects()] if isinstance(physics, GrayBox) else [],
+        "physical": facts.get("physical") or facts.get("parameters"),
         "trained_on": {
             "runs": [one["run"] if isinstance(one, dict) else one for one in facts.get("runs", [])],
             "sample_interval_s": _intervals(runs),

@@ -1,7 +1,7 @@
 """What every model of the zoo is to the rest of the house."""
 
 # No `from __future__ import annotations` in the files of models: TorchScript reads class annotations, and takes `list[str]` only as a type.
-from typing import ClassVar
+from typing import Any, ClassVar
 
 from torch import Tensor, arange, int64, nn, zeros
 
@@ -27,6 +27,10 @@ class Model(nn.Module):
             (T,) predicted error [output's unit], to be subtracted from the output.
         """
         raise NotImplementedError
+
+    def formula(self) -> dict[str, Any]:
+        """The fitted model in physical units, as JSON takes it; empty where nothing is shorter than the weights."""
+        return {}
 
 
 class FeatureModel(Model):

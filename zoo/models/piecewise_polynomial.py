@@ -2,7 +2,7 @@
 
 import itertools
 import math
-from typing import ClassVar
+from typing import Any, ClassVar
 
 import torch
 from torch import Tensor, nn
@@ -149,12 +149,18 @@ class PiecewisePolynomial(FeatureModel):
         target = (error - self.scaler.error_centre) / self.scaler.error_scale
         return best_edges(features[:, 0], columns, target, len(self.ends) - 1, LEAST_PER_COEFFICIENT * columns.shape[1])
 
-    def coefficients(self) -> list[dict[str, float]]:
-        """The polynomial of each segment in physical units, ``{"1": …, "temperature": …, "temperature^2": …, "temperature_rate": …}``, lowest first.
+    def formula(self) -> dict[str, Any]:
+        """The polynomial of each segment, lowest first, and from where to where it holds; None where it has no end.
 
-        [output's unit per unit of the feature to its power].
+        Returns:
+            ``{"segments": [{"temperature": [from, to], "coefficients": {"1": …, "temperature": …, "temperature^2": …, "temperature_rate": …}}, …]}``
+            [unit of the feature; output's unit per unit of the feature to its power].
         """
-        return [self._coefficients(segment) for segment in range(len(self.ends) - 1)]
+        bounds = [None, *self.edges.tolist(), None]
+        first = self.extract.names[0]
+        return {
+            "segments": [{first: list(ends), "coefficients": self._coefficients(segment)} for segment, ends in enumerate(itertools.pairwise(bounds))]
+        }
 
     def _coefficients(self, segment: int) -> dict[str, float]:
         scale, row = float(self.scaler.error_scale), 0 if self.continuous else segment

@@ -1,6 +1,6 @@
 """Polynomial of temperature and its rate, the usual compensation of fibre-optic gyroscopes."""
 
-from typing import ClassVar
+from typing import Any, ClassVar
 
 import torch
 from torch import Tensor, nn
@@ -53,8 +53,8 @@ class Polynomial(FeatureModel):
         """See `FeatureModel.standardise`."""
         self.scaler.fit(features, error)
 
-    def coefficients(self) -> dict[str, float]:
-        """The polynomial in physical units: ``{"1": k1, "temperature": k2, "temperature_rate": k3, ...}``, powers as ``temperature^2``.
+    def formula(self) -> dict[str, Any]:
+        """``{"coefficients": {"1": k1, "temperature": k2, "temperature_rate": k3, …}}``, powers as ``temperature^2``.
 
         [output's unit per unit of the feature to its power].
         """
@@ -65,4 +65,4 @@ class Polynomial(FeatureModel):
             part = expanded(name, weights[:order], m, s)
             weights = weights[order:]
             found = found | part | {"1": found["1"] + part["1"]}
-        return found
+        return {"coefficients": found}

@@ -1,6 +1,6 @@
 """Takagi–Sugeno fuzzy model: a few planes, each trusted in its own part of the inputs' space, and blended between them."""
 
-from typing import ClassVar
+from typing import Any, ClassVar
 
 import torch
 from torch import Generator, Tensor, nn
@@ -104,19 +104,18 @@ class TakagiSugeno(FeatureModel):
         with torch.no_grad():
             self.consequent.copy_(consequent / (1 + features) ** 0.5)
 
-    @torch.jit.unused
-    def rules(self) -> list[dict[str, dict[str, float]]]:
-        """The rules in physical units.
+    def formula(self) -> dict[str, Any]:
+        """The rules.
 
         Returns:
-            A rule each: ``{"centre": {feature: c}, "width": {feature: σ}, "consequent": {"1": a_0, feature: a}}`` [feature's unit; output's unit per
-            feature's unit].
+            ``{"rules": [{"centre": {feature: c}, "width": {feature: σ}, "consequent": {"1": a_0, feature: a}}, …]}`` [feature's unit; output's unit
+            per feature's unit].
         """
         names, scaler = self.extract.names, self.scaler
         slopes = scaler.error_scale * self.consequent[:, 1:] / scaler.scale
         constants = scaler.restore(self.consequent[:, 0]) - slopes @ scaler.centre
         centres, widths = scaler.centre + scaler.scale * self.centre, scaler.scale * self.width()
-        return [
+        rules = [
             {
                 "centre": dict(zip(names, centre.tolist(), strict=True)),
                 "width": dict(zip(names, width.tolist(), strict=True)),
@@ -124,3 +123,4 @@ class TakagiSugeno(FeatureModel):
             }
             for centre, width, constant, slope in zip(centres, widths, constants.tolist(), slopes, strict=True)
         ]
+        return {"rules": rules}

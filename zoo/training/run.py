@@ -130,6 +130,7 @@ def train(
     metrics = dict(labels or {}) | best.facts | score_runs(model, runs, check_runs)
     metrics |= {"seed": seed, "device": device, "parameters": sum(p.numel() for p in model.parameters()), "versions": versions()}
     metrics |= {} if spread is None else {"members": spread}
+    metrics |= {"formula": formula} if (formula := model.formula()) else {}
     metrics["wall_time_s"] = round(time.perf_counter() - started, 3)
     _log_result(logger, metrics, [*(labels or {}), "seed", "parameters", "average_s"])
     return metrics
