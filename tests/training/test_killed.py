@@ -33,23 +33,28 @@ def begin(out: Path, recording: Path, more: list[str]) -> subprocess.Popen[str]:
     return subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, env=os.environ | {"OMP_NUM_THREADS": "1"})
 
 
-def kill_after_a_checkpoint(process: subprocess.Popen[str], out: Path) -> None:
+def end_after_a_checkpoint(process: subprocess.Popen[str], out: Path, by: signal.Signals) -> None:
     while not (out / "last.ckpt").is_file():
         assert process.poll() is None, process.communicate()
         time.sleep(0.005)
-    os.kill(process.pid, signal.SIGKILL)
-    process.wait()
+    os.kill(process.pid, by)
+
+
+def record(folder: Path) -> Path:
+    rows = [f"{20 * k},{20 + 30 * (k % 600) / 600:.4f},{0.2 * ((k % 600) / 300 - 1) ** 2:.6f}" for k in range(900)]
+    recording = folder / "a.csv"
+    recording.write_text("\n".join(["time_s,temperature_c,rate_dph", *rows]) + "\n")
+    return recording
 
 
 @pytest.mark.parametrize("more", [["epochs=1500"], ["epochs=800", "seeds=3", "init=pso", "init.steps=5"]], ids=["alone", "ensemble"])
 def test_the_same_command_ends_where_it_would_have(tmp_path, more) -> None:
-    rows = [f"{20 * k},{20 + 30 * (k % 600) / 600:.4f},{0.2 * ((k % 600) / 300 - 1) ** 2:.6f}" for k in range(900)]
-    recording = tmp_path / "a.csv"
-    recording.write_text("\n".join(["time_s,temperature_c,rate_dph", *rows]) + "\n")
+    recording = record(tmp_path)
     for name in ("whole", "killed"):
         process = begin(tmp_path / name, recording, more)
         if name == "killed":
-            kill_after_a_checkpoint(process, tmp_path / name)
+            end_after_a_checkpoint(process, tmp_path / name, signal.SIGKILL)
+            process.wait()
             left = {path.name for path in (tmp_path / name).iterdir()}
             assert not left & {"metrics.json", "weights.pt", "members.pt", "model.yaml"}
             assert torch.load(tmp_path / name / "last.ckpt", weights_only=True)["finished"] is False
@@ -63,3 +68,15 @@ def test_the_same_command_ends_where_it_would_have(tmp_path, more) -> None:
     one, other = (load_model(tmp_path / name).state_dict() for name in ("whole", "killed"))
     assert all(torch.equal(one[key], other[key]) for key in one)
     assert not list((tmp_path / "killed").glob(".*.part"))
+
+
+def test_an_end_at_a_time_limit_is_told_and_leaves_a_checkpoint(tmp_path) -> None:
+    recording, out = record(tmp_path), tmp_path / "out"
+    process = begin(out, recording, ["epochs=100000"])
+    end_after_a_checkpoint(process, out, signal.SIGTERM)
+    _, errors = process.communicate(timeout=60)
+    assert process.returncode == 1
+    assert "time limit" in errors
+    assert "Traceback" not in errors
+    assert not (out / "metrics.json").exists()
+    assert torch.load(out / "last.ckpt", weights_only=True)["finished"] is False

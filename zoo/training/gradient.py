@@ -11,6 +11,7 @@ from pathlib import Path
 import torch
 from lightning.pytorch import Callback, Trainer
 from lightning.pytorch.loggers import Logger
+from lightning.pytorch.utilities.exceptions import SIGTERMException
 
 from zoo.errors import WorkError
 from zoo.measurements.datamodule import RunsDataModule
@@ -105,9 +106,11 @@ def _members(module: Training, seeds: Sequence[int], data: RunsDataModule, drawn
 
 @contextmanager
 def _interruptible() -> Iterator[None]:
-    """Ctrl-C as everywhere else; Lightning makes it an exit with code 1, without a word."""
+    """Ctrl-C as everywhere else, which Lightning makes an exit with code 1, without a word; and a word on an end at a time limit."""
     try:
         yield
+    except SIGTERMException as stop:
+        raise WorkError("stopped by the system (SIGTERM), as at a time limit; the same command in the same folder goes on from there") from stop
     except SystemExit as stop:
         if not isinstance(stop.__context__, KeyboardInterrupt):
             raise
