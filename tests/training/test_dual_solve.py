@@ -1,5 +1,7 @@
 """The dual system against its limits, leaving out against fitting without, landmarks against all samples, and planted functions."""
 
+from statistics import median
+
 import pytest
 import torch
 from torch import Generator, Tensor
@@ -83,13 +85,15 @@ def test_landmarks_that_are_all_samples_give_the_exact_solution_and_few_come_clo
     weight, bias = exact_solve(points, target, 100.0)
     unseen = torch.randn(200, 2, generator=chance(5), dtype=torch.float64)
     exact = gaussians(unseen, points) @ weight + bias
-    apart = []
-    for count in (20, 80, 150, 300):
-        support = points[landmarks(points, count, chance())]
+
+    def apart(count: int, seed: int) -> float:
+        support = points[landmarks(points, count, chance(seed))]
         weight, bias = nystrom_solve(points, target, support, 100.0)
-        apart.append(float((gaussians(unseen, support) @ weight + bias - exact).abs().max()))
-    assert apart[0] > 5 * apart[1] > 25 * apart[2]
-    assert apart[3] < 1e-5
+        return float((gaussians(unseen, support) @ weight + bias - exact).abs().max())
+
+    few, more, half = (median(apart(count, seed) for seed in range(9)) for count in (20, 80, 150))
+    assert few > 10 * more > 100 * half
+    assert apart(300, 1) < 1e-5
 
 
 def test_landmarks_are_apart_repeat_and_end_with_the_samples() -> None:

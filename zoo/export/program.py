@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import io
+from importlib.util import find_spec
 
 import torch
 from torch import Tensor, nn
@@ -18,6 +19,8 @@ from zoo.models.base import FeatureModel, Model
 
 LONGEST = 2**26
 """Rows of the longest run that the exported `forward` takes: 93 h at 200 Hz."""
+SCANS = find_spec("torch._higher_order_ops.scan") is not None
+"""Whether this torch writes down loops that hand a state on, as graphs of effects need; 2.4 does not."""
 
 
 class FeatureWhole(nn.Module):
@@ -66,7 +69,7 @@ class CarriedWhole(nn.Module):
 
     def forward(self, x: Tensor) -> Tensor:
         """(N, C) raw columns, finite, the time rising -> (N,) predicted error."""
-        from torch._higher_order_ops.scan import scan  # which the oldest torch that all the rest is content with does not have
+        from torch._higher_order_ops.scan import scan  # only where `SCANS`
 
         first, state = self.first(x[:1])
         rows = x.shape[0] - 1
@@ -129,6 +132,8 @@ def _programs(model: Model, x: Tensor) -> tuple[bytes, bytes]:
     if features is not None and isinstance(model, FeatureModel):
         whole, step = FeatureWhole(model, features), FeatureStep(model, features)
         state = step.scan.fresh()
+    elif not SCANS:
+        raise InputError(f"physical effects as model.pt2 need a newer torch than {torch.__version__}: program=false writes model.ts alone")
     else:
         first, following = in_pieces(model, x)
         state = torch.full_like(first(x[:1])[1], torch.nan)
