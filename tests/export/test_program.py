@@ -59,6 +59,7 @@ class Chooses(Model):
         return self.gain * x[:, 1] if bool(x[0, 1] > -300) else x[:, 0]
 
 
+@NEWER
 def test_what_torch_export_does_not_take_is_told_in_a_line_or_two() -> None:
     with pytest.raises(WorkError, match=r"torch\.export does not take it") as told:
         to_programs(Chooses(), example(["time_s", "temperature_c"], {}))
