@@ -70,16 +70,16 @@ class Population:
         Returns:
             (P, ...).
         """
-        with torch.no_grad():
-            at_once = even(len(weights), self.particles)
-            first = cost(self.passes(weights[:at_once]))
-            if at_once >= len(weights):
-                return first.clone()
-            costs = first.new_empty(len(weights), *first.shape[1:])
-            costs[:at_once] = first
-            for start in range(at_once, len(weights), at_once):
-                costs[start : start + at_once] = cost(self.passes(weights[start : start + at_once]))
-            return costs
+        weights = weights.detach()
+        if len(weights) <= self.particles:
+            return cost(self.passes(weights)).clone()
+        at_once = even(len(weights), self.particles)
+        first = cost(self.passes(weights[:at_once]))
+        costs = first.new_empty(len(weights), *first.shape[1:])
+        costs[:at_once] = first
+        for start in range(at_once, len(weights), at_once):
+            costs[start : start + at_once] = cost(self.passes(weights[start : start + at_once]))
+        return costs
 
     def _whole(self, weights: Tensor) -> Tensor:
         return (
