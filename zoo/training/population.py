@@ -14,8 +14,9 @@ from torch.overrides import TorchFunctionMode
 from zoo.models.base import FeatureModel
 from zoo.training.tape import Recorded
 
-AT_ONCE = {"cpu": (24, 2048), "cuda": (256, 16_384)}
-"""Particles and samples in one pass: what passes between a small net's layers then stays in a core's cache; a GPU wants to be filled instead."""
+AT_ONCE = {"cpu": (8, 2048), "cuda": (256, 16_384)}
+"""Particles and samples in one pass: what passes between a small net's layers, a megabyte for nine nodes, then stays in a core's own cache; a GPU
+wants to be filled instead."""
 
 
 class _Faster(TorchFunctionMode):
