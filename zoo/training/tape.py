@@ -196,7 +196,7 @@ def _gives(call: Callable[[], Any], place: Any, expected: Any) -> bool:
     """Whether a call is possible and lays into its place what is expected."""
     try:
         call()
-    except (TypeError, RuntimeError):
+    except (TypeError, ValueError, AttributeError, IndexError, RuntimeError):
         return False
     return torch.equal(place, expected)
 
