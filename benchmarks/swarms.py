@@ -51,6 +51,10 @@ class Task:
         standard = ((self.features - self.features.mean(0)) / self.features.std(0, correction=0)).T.contiguous()
         self.x, self.y, self.standard = standard.numpy(), self.error.numpy(), standard
 
+    def of_outputs(self, outputs: torch.Tensor) -> torch.Tensor:
+        """(p, M) -> (p,)."""
+        return torch.linalg.vector_norm(outputs.sub_(self.error), dim=-1).square_().div_(len(self.error))
+
     def numpy_costs(self, weights: np.ndarray, at_once: int = PLAIN) -> np.ndarray:
         """(P, D) -> (P,)."""
         few = max(at_once // len(self.y), 1)
@@ -83,13 +87,20 @@ def ours(algorithm, task, particles, steps, seed):
     chance, population = torch.Generator().manual_seed(seed), Population(task.model, task.features)
     edge = torch.full((D,), REACH, dtype=torch.float64)
     state = algorithm.init(-edge, edge, particles, chance, steps=steps)
-
-    def cost(outputs):
-        return torch.linalg.vector_norm(outputs.sub_(task.error), dim=-1).square_().div_(len(task.error))
-
     for _ in range(steps):
-        state = algorithm.tell(state, population.costs(algorithm.ask(state), cost), chance)
+        state = algorithm.tell(state, population.costs(algorithm.ask(state), task.of_outputs), chance)
     return float(state.leader_cost)
+
+
+def ours_at_once(algorithm, task, particles, steps, seeds):
+    """Each seed's colony takes the path that it takes alone."""
+    chance, population = [torch.Generator().manual_seed(seed) for seed in range(1, seeds + 1)], Population(task.model, task.features)
+    edge = torch.full((seeds, D), REACH, dtype=torch.float64)
+    state = algorithm.init(-edge, edge, particles, chance, steps=steps)
+    for _ in range(steps):
+        costs = population.costs(algorithm.ask(state).flatten(0, 1), task.of_outputs)
+        state = algorithm.tell(state, costs.view(seeds, particles), chance)
+    return state.leader_cost
 
 
 def of_pygmo(name, batch, at_once=PLAIN):
@@ -212,6 +223,21 @@ def table(title, own, peers, task, particles, steps, seeds):
     report({name: np.array(rows).T for name, rows in taken.items()}, seeds)
 
 
+def at_once(task, particles, steps, seeds):
+    """What a seed takes where many run side by side, as they do in a training: calling an operation takes longer than ten ants' arithmetic."""
+    single, joint = [], []
+    for seed in range(1, 6):
+        start = time.process_time()
+        ours(aco, task, particles, steps, seed)
+        middle = time.process_time()
+        ours_at_once(aco, task, particles, steps, seeds)
+        single.append(middle - start)
+        joint.append((time.process_time() - middle) / seeds)
+    print(
+        f"  fogzoo ACO_R, {seeds} seeds at once: {np.median(joint):.3f} s a seed, {np.median(joint) / np.median(single):.2f} of one alone", flush=True
+    )
+
+
 def report(taken, seeds):
     """One line each; `ours lower` is how often, of all pairs of seeds, our first algorithm's best value is below this one's."""
     reference, *_ = taken.values()
@@ -234,6 +260,7 @@ def main() -> None:
     with tempfile.TemporaryDirectory() as own, contextlib.chdir(own):
         table("350 samples, 400 particles, 300 steps", {"fogzoo PSO": pso}, SWARMS, small, 400, 300, seeds)
         table("350 samples, 10 ants, 300 steps", colonies, COLONIES, small, 10, 300, 5 * seeds)
+        at_once(small, 10, 300, 5 * seeds)
         fewer = f"36 000 samples, 400 particles, {FEWER} steps of 300 for all: 300 take each of them minutes a seed"
         table(fewer, {"fogzoo PSO": pso}, SWARMS, large, 400, FEWER, seeds)
         table("36 000 samples, 10 ants, 300 steps", colonies, COLONIES, large, 10, 300, 2 * seeds)
