@@ -5,7 +5,7 @@ torch): the population at once where the peer can take one, weights by features 
 marked * are the peer's algorithm with a cost of ours: pieces that fit the cache, for EvoX with tanh from the faster sigmoid as well.
 At 36 000 samples the particle swarms stop after 15 steps of their 300, all of them, since 300 take everybody minutes a seed and a step takes as
 long as any other. Ant colonies find quite different values from seed to seed, and take more seeds for that.
-Twenty minutes or so on a core of its own. The peers run in a temporary folder, since pyswarms leaves a file where it runs.
+A quarter of an hour on a core of its own. The peers run in a temporary folder, since pyswarms leaves a file where it runs.
 mealpy asks for an old NumPy and works with the new one: pip install --no-deps mealpy opfunu.
 """
 
