@@ -127,7 +127,9 @@ def main(splits: int) -> None:
     print(f"{'':30s}{'s':>8s}{'as simulated':>28s}{f'with noise of {100 * NOISE:.2f} %':>28s}")
     for name, (needs, learn) in WAYS.items():
         try:
-            results = [[judged(learn, features, y, split) for split in range(splits)] for y in (error, noisy)]
+            # pyFUME writes the data that it was given into the working directory.
+            with tempfile.TemporaryDirectory() as own, contextlib.chdir(own):
+                results = [[judged(learn, features, y, split) for split in range(splits)] for y in (error, noisy)]
         except ModuleNotFoundError as missing:
             print(f"{name:30s}{'not here':>8s}   {needs} ({missing}); see the top of this file for what to install")
             continue

@@ -46,8 +46,25 @@ def test_ants_are_drawn_from_the_archives_gaussians() -> None:
 
 
 def test_a_small_q_follows_the_best_alone() -> None:
-    ranks = aco.init(LOW, HIGH, 3, generator(), locality=1e-4).ranks
-    torch.testing.assert_close(ranks, torch.ones_like(ranks))
+    # Three solutions, the best at (3, 30): each deviation is ξ (|Δ1| + |Δ2|) / (k − 1) around it.
+    chance, xi = generator(), 0.2
+    state = aco.init(LOW, HIGH, 200_000, chance, archive=3, locality=1e-4, deviation=xi)
+    torch.testing.assert_close(state.ranks, torch.ones(1, dtype=torch.float64), rtol=0, atol=0)
+    cost = torch.full((200_000,), 9.0, dtype=torch.float64)
+    cost[0], cost[1], cost[2] = 2.0, 1.0, 3.0
+    state.position[:3] = torch.tensor([[0.0, 0.0], [3.0, 30.0], [4.0, 80.0]])
+    ants = aco.ask(aco.tell(state, cost, chance))
+    deviation = xi * torch.tensor([3.0 + 1.0, 30.0 + 50.0], dtype=torch.float64) / 2
+    torch.testing.assert_close(ants.mean(0), torch.tensor([3.0, 30.0], dtype=torch.float64), rtol=0, atol=4 * float(deviation[1]) / 200_000**0.5)
+    torch.testing.assert_close(ants.std(0), deviation, rtol=0.01, atol=0)
+    assert abs(float(torch.corrcoef(ants.T)[0, 1])) < 0.01
+
+
+def test_what_nobody_ever_picks_is_not_ranked() -> None:
+    ranks = aco.init(LOW, HIGH, 3, generator(), archive=50, locality=0.01).ranks
+    assert 1 < len(ranks) < 50
+    assert float(ranks[-1]) == 1
+    assert bool((ranks.diff() > 0).all())
 
 
 @pytest.mark.parametrize("setting", [{"archive": 1}, {"locality": 0.0}, {"deviation": -0.1}])

@@ -159,6 +159,28 @@ def test_a_tape_recorded_in_inference_mode_is_played_outside_and_without_a_gradi
     torch.testing.assert_close(found, (2 * x).exp().cumsum(0).detach(), rtol=0, atol=0)
 
 
+def test_a_tape_is_played_without_a_gradient_though_its_constants_have_one() -> None:
+    weight = torch.linspace(1, 2, 4, requires_grad=True)
+    tape = Tape(lambda x: ((x * weight).exp().add_(weight), weight), torch.ones(4))
+    assert tape.faithful
+    for value in (torch.linspace(-1, 1, 4), torch.linspace(0, 2, 4, requires_grad=True)):
+        found, constant = tape(value)
+        assert not found.requires_grad
+        assert not constant.requires_grad
+        torch.testing.assert_close(found, ((value * weight).exp() + weight).detach(), rtol=0, atol=0)
+
+
+def test_an_operation_that_torch_calls_otherwise_is_played_as_it_is() -> None:
+    def function(x: Tensor) -> tuple[Tensor, ...]:
+        return torch.linalg.vector_norm(x, 1, 0), x.norm(3, dim=0), x.var(0, correction=0), torch.where(x > 0, x, x.sqrt()), 2 - x.relu()
+
+    x = torch.linspace(-1, 2, 6)
+    tape = Tape(function, x)
+    for value in (x, 2 * x, x.flip(0)):
+        for played, expected in zip(tape(value), function(value), strict=True):
+            torch.testing.assert_close(played, expected, rtol=0, atol=0, equal_nan=True)
+
+
 def test_shapes_and_types_have_tapes_of_their_own_and_the_latest_are_kept() -> None:
     played = Recorded(lambda x: x.exp().cumsum(0) - x)
     chance = random.Random(1)

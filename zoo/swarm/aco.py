@@ -51,7 +51,7 @@ class ACOState(NamedTuple):
         position: (..., P, D) where the ants are.
         archive: (..., k, D) the best solutions, the best first.
         archive_cost: (..., k) their costs, ascending; infinite where none has been told.
-        ranks: (k,) probability that an ant picks this solution or a better one.
+        ranks: (m,) probability that an ant picks this solution or a better one, up to the first that makes it certain: m = 1 at a small q.
         evaluations: costs told so far, per colony.
         settings: see `Settings`.
     """
@@ -114,15 +114,19 @@ def tell(state: ACOState, cost: Tensor, generator: Chance) -> ACOState:
     archive = picked(torch.cat([state.archive, state.position], dim=-2), which)
     evaluations = state.evaluations + cost.shape[-1]
     position = _sampled(archive, state, generator) if evaluations >= k else place(state.low, state.high, state.position.shape[-2], generator)
-    return state._replace(position=position, archive=archive, archive_cost=archive_cost, evaluations=evaluations)
+    return ACOState(state.low, state.high, position, archive, archive_cost, state.ranks, evaluations, state.settings)
 
 
 def _sampled(archive: Tensor, state: ACOState, generator: Chance) -> Tensor:
-    which = torch.searchsorted(state.ranks, uniform(state.position.shape[:-1], archive, generator))
-    mean = picked(archive, which)
-    distance = (archive.unsqueeze(-3) - mean.unsqueeze(-2)).abs_().sum(-2)
-    step = distance.mul_(normal(mean.shape, mean, generator))
-    return reflected(mean.add_(step, alpha=state.settings.deviation / (state.settings.archive - 1)), state.low, state.high)
+    if len(state.ranks) == 1:  # All step away from the best: nobody needs to draw whom to follow, and one distance serves all.
+        mean = archive.narrow(-2, 0, 1)
+        distance = (archive - mean).abs_().sum(-2, keepdim=True)
+    else:
+        mean = picked(archive, torch.searchsorted(state.ranks, uniform(state.position.shape[:-1], archive, generator)))
+        distance = (archive.unsqueeze(-3) - mean.unsqueeze(-2)).abs_().sum(-2)
+    drawn = normal(state.position.shape, archive, generator)
+    step = state.settings.deviation / (state.settings.archive - 1)
+    return reflected(torch.addcmul(mean, distance, drawn, value=step), state.low, state.high)
 
 
 def _ranks(settings: Settings, like: Tensor) -> Tensor:
@@ -132,4 +136,5 @@ def _ranks(settings: Settings, like: Tensor) -> Tensor:
     )
     # Divided by its own last entry: rounding must not leave a gap below 1, in which a draw would find no solution.
     total = weight.cumsum(0)
-    return total / total[-1]
+    ranks = total / total[-1]
+    return ranks[: int((ranks < 1).sum()) + 1]

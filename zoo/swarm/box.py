@@ -38,7 +38,8 @@ def reflected(position: Tensor, low: Tensor, high: Tensor) -> Tensor:
 
     Particles clamped to a wall would make it the best of all and never leave it. Who comes back beyond the wall opposite stays at it.
     """
-    bottom, top = low.unsqueeze(-2), high.unsqueeze(-2)
+    # A single box is as wide as its positions without another axis.
+    bottom, top = (low, high) if low.dim() == 1 else (low.unsqueeze(-2), high.unsqueeze(-2))
     nearest = position.clamp(bottom, top)
     # As far again beyond the nearest point of the box, which in the box is the position itself.
     return torch.lerp(position, nearest, 2.0).clamp_(bottom, top)

@@ -14,8 +14,9 @@ from torch.overrides import TorchFunctionMode
 from zoo.models.base import FeatureModel
 from zoo.training.tape import Recorded
 
-AT_ONCE = {"cpu": (24, 2048), "cuda": (256, 16_384)}
-"""Particles and samples in one pass: what passes between a small net's layers then stays in a core's cache; a GPU wants to be filled instead."""
+AT_ONCE = {"cpu": (8, 2048), "cuda": (256, 16_384)}
+"""Particles and samples in one pass: what passes between a small net's layers, a megabyte for nine nodes, then stays in a core's own cache; a GPU
+wants to be filled instead."""
 
 
 class _Faster(TorchFunctionMode):
@@ -70,16 +71,16 @@ class Population:
         Returns:
             (P, ...).
         """
-        with torch.no_grad():
-            at_once = even(len(weights), self.particles)
-            first = cost(self.passes(weights[:at_once]))
-            if at_once >= len(weights):
-                return first.clone()
-            costs = first.new_empty(len(weights), *first.shape[1:])
-            costs[:at_once] = first
-            for start in range(at_once, len(weights), at_once):
-                costs[start : start + at_once] = cost(self.passes(weights[start : start + at_once]))
-            return costs
+        weights = weights.detach()
+        if len(weights) <= self.particles:
+            return cost(self.passes(weights)).clone()
+        at_once = even(len(weights), self.particles)
+        first = cost(self.passes(weights[:at_once]))
+        costs = first.new_empty(len(weights), *first.shape[1:])
+        costs[:at_once] = first
+        for start in range(at_once, len(weights), at_once):
+            costs[start : start + at_once] = cost(self.passes(weights[start : start + at_once]))
+        return costs
 
     def _whole(self, weights: Tensor) -> Tensor:
         return (

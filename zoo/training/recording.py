@@ -63,14 +63,15 @@ class Recorder(TorchDispatchMode):
         result = func(*args, **(kwargs or {}))
         self._seen.append((args, kwargs, result))
         gave = tuple(result) if isinstance(result, list | tuple) else (result,)
-        depends = list(within((given, named), Slot))
+        taken = [_memory(one) for one in within((given, named), Tensor)]
+        depends = within((given, named), Slot)
         written = list(_written(func, given, named))
-        self.faithful &= self._heard((given, named))
+        self.faithful &= self._owned.isdisjoint(taken)  # A constant is no view of what depends on the inputs, taken where no operation was heard.
         if not depends:
             self.faithful &= self._relied.isdisjoint(_memory(one) for one in within(tuple(written), Tensor))
         elif written or len(gave) > 1 or not isinstance(result, Tensor) or _place(result) not in self._slots:
             # Else it is only another name for what is there, as a tensor expanded to its own size.
-            self._relied |= {_memory(one) for one in within((given, named), Tensor)}
+            self._relied.update(taken)
             lent = next((slot for slot in depends if self._memory[slot] == _memory(gave[0]) != 0), None)
             if written:
                 self.faithful &= len(written) == len(gave) == 1 and isinstance(written[0], Slot) and torch.Tag.inplace_view not in func.tags
@@ -82,7 +83,7 @@ class Recorder(TorchDispatchMode):
     def result(self, value: Any) -> Any:
         """What the function gave, with slots."""
         slotted = self.slotted(value)
-        self.faithful &= self._heard(slotted)
+        self.faithful &= self._owned.isdisjoint(_memory(one) for one in within(slotted, Tensor))
         return slotted
 
     def slotted(self, value: Any) -> Any:
@@ -92,10 +93,6 @@ class Recorder(TorchDispatchMode):
         if isinstance(value, dict):
             return {name: self.slotted(one) for name, one in value.items()}
         return self._slots.get(_place(value), value) if isinstance(value, Tensor) else value
-
-    def _heard(self, slotted: Any) -> bool:
-        """Whether no constant is a view of what depends on the inputs, taken where no operation was heard."""
-        return not any(_memory(one) in self._owned for one in within(slotted, Tensor))
 
     def _named(self, values: tuple[Any, ...]) -> tuple[Slot, ...]:
         slots = tuple(Slot(self._made + i) for i in range(len(values)))
@@ -132,13 +129,13 @@ def renamed(value: Any, names: dict[Slot, Slot]) -> Any:
     return names.get(value, value) if isinstance(value, Slot) else value
 
 
-def within(value: Any, kind: type[Kind]) -> Iterator[Kind]:
+def within(value: Any, kind: type[Kind]) -> list[Kind]:
     """All of one kind in nested tuples and dicts, as often as they occur."""
     if isinstance(value, kind):
-        yield value
-    elif isinstance(value, tuple | dict):
-        for one in value.values() if isinstance(value, dict) else value:
-            yield from within(one, kind)
+        return [value]
+    if type(value) is dict:
+        value = tuple(value.values())
+    return [one for each in value for one in within(each, kind)] if type(value) is tuple else []
 
 
 def _identity(value: Any) -> Any:

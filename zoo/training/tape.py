@@ -54,11 +54,10 @@ class Tape:
         """The function of other inputs, without a gradient. The next call overwrites what this one returns."""
         if not self.faithful:
             return self.function(*inputs)
-        with torch.no_grad():
-            for place, value in zip(self.inputs, inputs, strict=True):
-                place.copy_(value)
-            for step in self.steps:
-                step()
+        for place, value in zip(self.inputs, inputs, strict=True):
+            place.copy_(value.detach())
+        for step in self.steps:
+            step()
         return self.output
 
 
@@ -84,19 +83,19 @@ class Recorded:
         tape = self.tapes.pop(key, None)
         if known and tape is None:
             tape = Tape(self.function, *(one.contiguous() for one in inputs))
+            self._forget()
         self.tapes[key] = tape  # Last, as the latest used.
-        self._forget()
         return tape(*inputs) if tape else self.function(*(one.contiguous() for one in inputs))
 
     def _forget(self) -> None:
-        """Shapes of members that end one by one never come again."""
+        """Room for one more: shapes of members that end one by one never come again."""
         held = [key for key, tape in self.tapes.items() if tape]
-        for key in held[:-KEPT]:
+        for key in held[: 1 - KEPT]:
             del self.tapes[key]
 
 
 class _Plan:
-    """Where every result lies, and the calls that fill these places one after the other."""
+    """Where every result lies, and the calls that fill these places one after the other; each is made once while it is planned."""
 
     def __init__(self, inputs: list[Tensor], recorded: list[Operation], last: Any) -> None:
         self.steps: list[Callable[[], Any]] = []
@@ -114,7 +113,9 @@ class _Plan:
         """A value with the tensors themselves in place of the slots."""
         if type(value) is tuple:
             return [self._filled(one) for one in value]
-        return self.values[value] if isinstance(value, Slot) else value
+        if isinstance(value, Slot):
+            return self.values[value]
+        return value.detach() if isinstance(value, Tensor) else value  # So that no gradient need be forbidden at every call.
 
     def _returned(self, value: Any) -> Any:
         """A result of the function: constants are copied every time, since who gets them may change them."""
@@ -122,7 +123,7 @@ class _Plan:
             return tuple(self._returned(one) for one in value)
         if isinstance(value, Tensor):
             place = torch.empty_like(value)
-            self.steps.append(partial(place.copy_, value))
+            self.steps.append(partial(place.copy_, value.detach()))
             return place
         return self._filled(value)
 
@@ -140,6 +141,7 @@ class _Plan:
         call = partial(one.function, *args, **kwargs)
         if one.changes:
             self.values[one.slots[0]] = self._filled(one.lent)
+            call()
             self.steps.append(call)
         elif one.lent is not None:
             views = call()
@@ -150,15 +152,14 @@ class _Plan:
                 [own] if own is not None else [self._place(slot.number, tensor) for slot, tensor in zip(one.slots, one.gave, strict=True)]
             )
             self.values |= zip(one.slots, places, strict=True)
-            out = _with_out(one.function) if len(places) == 1 else None
-            self.steps.append(partial(out, *args, **kwargs, out=places[0]) if out else partial(_copied, call, places))
+            self.steps.append(_filling(one, args, kwargs, places))
         self.free += [self.memory[root] for root in spent if root in self.memory]
 
     def _in_place(self, one: Operation, spent: set[int]) -> Tensor | None:
         """The place of an argument that nobody needs any more, where the result may lie as well."""
         if torch.Tag.pointwise not in one.function.tags:
             return None
-        given = list(within((one.args, one.kwargs), Slot))
+        given = within((one.args, one.kwargs), Slot)
         for slot in given:
             place, root = self.values[slot], self.root[slot]
             if root in spent and _alike(place, one.gave[0]) and all(other == slot or self.root[other] != root for other in given):
@@ -176,6 +177,32 @@ class _Plan:
         fitting = [i for i, one in enumerate(self.free) if (len(one), one.dtype, one.device) == (extent, like.dtype, like.device)]
         self.memory[root] = self.free.pop(fitting[-1]) if fitting else torch.empty(extent, dtype=like.dtype, device=like.device)
         return self.memory[root].as_strided(like.shape, like.stride())
+
+
+def _filling(one: Operation, args: list[Any], kwargs: dict[str, Any], places: list[Tensor | None]) -> Callable[[], Any]:
+    """A call that lays the results of an operation into their places, made once."""
+    out = _with_out(one.function) if len(places) == 1 else None
+    if out:
+        # Torch's own name for an operation takes half the time of the operation itself, if it takes the same arguments.
+        named = partial(getattr(torch, one.function.overloadpacket.__name__, _unnamed), *args, **kwargs, out=places[0])
+        if _gives(named, places[0], one.gave[0]):
+            return named
+    step = partial(out, *args, **kwargs, out=places[0]) if out else partial(_copied, partial(one.function, *args, **kwargs), places)
+    step()
+    return step
+
+
+def _gives(call: Callable[[], Any], place: Any, expected: Any) -> bool:
+    """Whether a call is possible and lays into its place what is expected."""
+    try:
+        call()
+    except (TypeError, ValueError, AttributeError, IndexError, RuntimeError):
+        return False
+    return torch.equal(place, expected)
+
+
+def _unnamed(*args: Any, **kwargs: Any) -> None:
+    raise TypeError
 
 
 def _alike(one: Tensor, other: Tensor) -> bool:
