@@ -15,7 +15,7 @@ WHITENED_AT_ONCE = 1000
 DIFFERENCED = 3
 MOSTLY_FILLED = 0.7
 """Share of columns with anything in them above which sorting them out costs more than it saves."""
-BANDS, WORTH_BANDS = 6, 20_000
+BANDS, WORTH_BANDS = 6, 5_000
 """Into how many a triangular matrix is cut, and how many numbers make that worth while."""
 NORMAL = NormalDist()
 
