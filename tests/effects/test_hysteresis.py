@@ -121,3 +121,9 @@ def test_hysteresis_leaves_an_angle_round_a_cycle(seen) -> None:
     history = seen(effect, knots=CYCLE)
     loop = effect.columns(history, shape_of(6.0, 20.0, 40.0))[:, 0] - torch.tanh((history.temperature - 20.0) / 40.0)
     assert abs(float(torch.trapezoid(loop, history.time))) > 0.05 * float(torch.trapezoid(loop.abs(), history.time))
+
+
+def test_widths_that_shapes_share_change_nothing() -> None:
+    course = 30.0 * torch.sin(torch.linspace(0.0, 9.0, 80, dtype=torch.float64))
+    widths = torch.tensor([[4.0], [2.0], [4.0], [9.0], [2.0]], dtype=torch.float64)
+    torch.testing.assert_close(play(course, widths), torch.stack([play(course, width) for width in widths]), rtol=0, atol=0)

@@ -199,6 +199,24 @@ def test_the_noise_of_runs_is_that_of_their_block_means() -> None:
     assert noise_of([quiet]).white > 0, "noiseless data must not divide by zero"
 
 
+def test_runs_recorded_alike_share_a_root_of_their_noise() -> None:
+    one, same, other = recorded(1), recorded(2), recorded(3, 400)
+    alone, together = [Whitener(noise_of(RUNS), blocks_of(runs)) for runs in ([one], [one, other, same])]
+    assert together.factors[0] is together.factors[2]
+    torch.testing.assert_close(together.factors[0], alone.factors[0], rtol=0, atol=0)
+    torch.testing.assert_close(together.factors[1], whitener([other], noise_of(RUNS)).factors[0], rtol=0, atol=0)
+
+
+def test_in_a_search_fringes_in_one_place_are_one() -> None:
+    made = design(["static_bias", "shupe", "mohr"])
+    fringes, places = build("effects", "polarization"), made.histories(made.model.theta())
+    for shapes, lines in (([[20.0, 1.0, 1.0, 0.0], [9.0, 1.0, 1.0, 30.0]], 1), ([[20.0, 1.0, 1.0, 0.0], [9.0, 2.0, 1.0, 0.0]], 2)):
+        tried = torch.tensor(shapes, dtype=torch.float64)
+        torch.testing.assert_close(
+            made.effect_columns(fringes, places, tried, distinct=True), made.effect_columns(fringes, places, tried)[..., : 2 * lines], rtol=0, atol=0
+        )
+
+
 @pytest.mark.skipif(not torch.cuda.is_available(), reason="no CUDA device here")
 def test_projection_and_whitening_work_on_a_gpu() -> None:
     from zoo.fitting.projection import project

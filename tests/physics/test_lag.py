@@ -97,3 +97,16 @@ def test_gradients_are_those_of_finite_differences() -> None:
     drive = torch.sin(time).requires_grad_()
     tau = torch.tensor([3.0, 30.0], dtype=torch.float64, requires_grad=True)
     assert torch.autograd.gradcheck(lambda u, t: lagged(time, u.expand(2, -1), t), (drive, tau))
+
+
+@pytest.mark.parametrize("odd", [1, 60, 119])
+def test_a_step_that_is_not_like_the_others_changes_nothing_before_it(odd) -> None:
+    time = 20.0 * torch.arange(120, dtype=torch.float64)
+    drive, taus = torch.sin(time / 200.0), torch.tensor([5.0, 80.0, 900.0], dtype=torch.float64)
+    even = lagged(time, drive, taus)
+    late = lagged(torch.cat([time[:odd], time[odd:] - 7.0]), drive, taus)
+    torch.testing.assert_close(late[:, :odd], even[:, :odd], rtol=1e-12, atol=1e-14)
+    ratio = 13.0 / taus
+    mean = -torch.expm1(-ratio) / ratio
+    expected = torch.exp(-ratio) * late[:, odd - 1] + (mean - torch.exp(-ratio)) * drive[odd - 1] + (1 - mean) * drive[odd]
+    torch.testing.assert_close(late[:, odd], expected, rtol=1e-12, atol=1e-14)

@@ -8,7 +8,6 @@ from typing import Any, cast
 from omegaconf import DictConfig, OmegaConf, open_dict
 
 from zoo.catalog import create
-from zoo.cli.simulated_data import recorded
 from zoo.errors import InputError
 from zoo.measurements.files import find_files
 from zoo.measurements.points import Points
@@ -28,6 +27,8 @@ def read_data(config: DictConfig) -> tuple[list[Run], list[Run]]:
     with open_dict(data):
         simulated = data.pop("simulated", None)
         if simulated is not None:
+            from zoo.cli.simulated_data import recorded  # the simulator, only where it is asked
+
             _put_into(recorded(_plain(simulated), Path(data.pop("folder"))), data)
         check_files, holdout, points = data.pop("check_files", []), data.pop("holdout", 0.0), _points(data.pop("points"))
     low, high = SHARES

@@ -16,7 +16,6 @@ from omegaconf import DictConfig, OmegaConf, open_dict, read_write
 
 from zoo.cli.jobs import REPEATABLE
 from zoo.cli.outcomes import new_sweep, read_outcomes
-from zoo.cli.sweep_tables import progress_line, tell_failed, tell_results
 
 THREADS = "OMP_NUM_THREADS"
 LOOK_S = 1.0
@@ -69,6 +68,8 @@ class Sweep:
         Returns:
             The highest of their exit codes.
         """
+        from zoo.cli.sweep_tables import tell_failed, tell_results  # pandas takes as long as a third of torch: only after a sweep
+
         outcomes = read_outcomes(self.folder, self.name)
         if self.config.hydra.job.name in REPEATABLE:
             tell_results(self.config, self.folder, outcomes)
@@ -87,6 +88,8 @@ class Sweep:
             print(f"{again} runs what is missing and nothing twice", file=sys.stderr)
 
     def _tell_as_they_end(self) -> None:
+        from zoo.cli.sweep_tables import progress_line
+
         told: set[Path] = set()
         parsed = OverridesParser.create().parse_overrides(list(self.config.hydra.overrides.task))
         swept = [one.key_or_group for one in parsed if one.is_sweep_override()]

@@ -6,7 +6,7 @@ A model that lacks an effect bends its coil to make up for it, and at a bent coi
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, partial
 
 import torch
 from torch import Tensor
@@ -61,7 +61,7 @@ class Elsewhere:
         """
         closely = effect.sharp and len(shapes) > 1
         coils = self._close if closely else self.some if len(shapes) > 1 else self._all
-        columns = self.design.effect_columns_at_means if closely else self.design.effect_columns
+        columns = self.design.effect_columns_at_means if closely else partial(self.design.effect_columns, distinct=True)
         same = None if effect.place == "coil" else columns(effect, coils[0].places, shapes)
 
         def best_at(coil: Coil) -> tuple[float, Tensor]:

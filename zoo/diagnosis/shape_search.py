@@ -49,7 +49,7 @@ class Beside:
 
     def best(self, effect: Effect, shapes: Tensor) -> tuple[float, Tensor]:
         """χ² that the best of some shapes (G, S) leaves, and that shape (S,)."""
-        columns = complement(self.design.effect_columns(effect, self.places, shapes, self.whitener), self.basis)
+        columns = complement(self.design.effect_columns(effect, self.places, shapes, self.whitener, distinct=True), self.basis)
         cost, best = project(columns, self.residual).cost.min(dim=0)
         return float(cost), shapes[best]
 

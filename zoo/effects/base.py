@@ -144,6 +144,17 @@ class Effect(nn.Module):
         """
         raise NotImplementedError
 
+    def distinct_columns(self, history: History, shape: Tensor, tried: Tensor) -> Tensor:
+        """The columns without those that repeat another whatever shape is tried, for a search, which does not need them; by default all.
+
+        Args:
+            history: see `columns`.
+            shape: (..., S) see there.
+            tried: (G, S) all shapes of the search, among them these.
+        """
+        del tried
+        return self.columns(history, shape)
+
     def shapes_to_try(self, span_s: float, runs: int) -> Tensor:
         """(G, S) physical shapes that a search should start from: the full grid between the bounds.
 

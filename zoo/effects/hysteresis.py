@@ -55,5 +55,12 @@ def play(temperature: Tensor, width: Tensor) -> Tensor:
     Returns:
         (..., T) [°C].
     """
+    if temperature.dim() == 1 and width.dim() == 2:  # in a grid of shapes, many have one width
+        few, which = torch.unique(width, return_inverse=True)
+        return _play(temperature, few.unsqueeze(-1))[which.squeeze(-1)]
+    return _play(temperature, width)
+
+
+def _play(temperature: Tensor, width: Tensor) -> Tensor:
     start = temperature[..., 0] + torch.zeros_like(width[..., 0])
     return clamped(temperature - width, temperature + width, start)

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import torch
 from torch import Tensor
 
@@ -77,14 +79,18 @@ class Polarization(Effect):
 
     def columns(self, history: History, shape: Tensor) -> Tensor:
         """Cosine and sine of each line, see `Effect.columns`."""
+        return self._waves(history, shape, (1, 2))
+
+    def distinct_columns(self, history: History, shape: Tensor, tried: Tensor) -> Tensor:
+        """Without the lines that are always the first one, see `Effect.distinct_columns`."""
+        return self._waves(history, shape, [place for place in (1, 2) if bool((tried[:, place] != 1.0).any())])
+
+    def _waves(self, history: History, shape: Tensor, others: Sequence[int]) -> Tensor:
+        """Cosine and sine of the first line and of others, by the places of their ratios in the shape."""
         here = history.temperature + shape[..., 3:4] / SECONDS_PER_MINUTE * history.rate
         period, phase = shape[..., 0:1], 2 * torch.pi * (here - REFERENCE_C)
-        first = [(phase / period).cos(), (phase / period).sin()]
-        # As in a search: one line, computed once. An exported graph has no choice between the two.
-        if not torch.compiler.is_compiling() and bool((shape[..., 1:3] == 1.0).all()):
-            return torch.stack(first * 3, dim=-1)
-        others = [phase * _other(shape[..., place : place + 1], period) / period for place in (1, 2)]
-        return torch.stack([*first, *(wave for line in others for wave in (line.cos(), line.sin()))], dim=-1)
+        lines = [phase / period, *(phase * _other(shape[..., place : place + 1], period) / period for place in others)]
+        return torch.stack([wave for line in lines for wave in (line.cos(), line.sin())], dim=-1)
 
 
 def _other(ratio: Tensor, period: Tensor) -> Tensor:

@@ -19,6 +19,8 @@ from zoo.models.places import first_rates
 from zoo.scoring.noise import Whitener
 
 CHUNK_ELEMENTS = 2_000_000
+IN_TIME, OF_SHAPES = 0, 1
+"""Axes of columns whose time goes first."""
 COIL_TRIALS = 4
 LAGS_S, ZEROS = (20.0, 60.0, 150.0, 400.0, 1000.0, 2500.0), (0.3, 1.0, 1.8, 3.0)
 """Of one thermometer: lags, and λ of the coil's zero over its lag; without a zero the lead does not matter, and a fit would not find back."""
@@ -96,8 +98,8 @@ class Design:
     def effect_columns_at_means(self, effect: Effect, places: list[dict[str, History]], shapes: Tensor) -> Tensor:
         """The same for an effect without memory at the means of each block in single precision: faster, for short fringes not quite as good."""
         shapes = shapes.to(self.error.device, torch.float32)
-        parts = [spread(effect.columns(_means(run, place[effect.place]), shapes), shapes) for run, place in zip(self.runs, places, strict=True)]
-        return self.whitener(_without_repetition(torch.cat(parts, dim=-2)))
+        here = [_means(run, place[effect.place]) for run, place in zip(self.runs, places, strict=True)]
+        return self.whitener(_joined([spread(effect.distinct_columns(means, shapes, shapes), shapes) for means in here], IN_TIME))
 
     def histories(self, theta: Tensor) -> list[dict[str, History]]:
         """The places' histories of each run at one θ (P,)."""
@@ -112,18 +114,37 @@ class Design:
         return places
 
     def effect_columns(
-        self, effect: Effect, places: list[dict[str, History]], shapes: Tensor, whitener: Callable[[Tensor], Tensor] | None = None
+        self,
+        effect: Effect,
+        places: list[dict[str, History]],
+        shapes: Tensor,
+        whitener: Callable[[Tensor], Tensor] | None = None,
+        distinct: bool = False,
     ) -> Tensor:
-        """Columns of one effect for many shapes at fixed histories, by the design's whitener or another: (G, S) physical -> (G, N, K)."""
+        """Columns of one effect for many shapes at fixed histories.
+
+        Args:
+            effect: which.
+            places: histories of each run.
+            shapes: (G, S) physical.
+            whitener: by default the design's.
+            distinct: whether columns that repeat another are left out, see `Effect.distinct_columns`.
+
+        Returns:
+            (G, N, K), where distinct fewer.
+        """
         length = max(raw.shape[0] for raw in self.raw)
         size = max(1, CHUNK_ELEMENTS // (length * len(effect.amplitudes)))
+        shapes = shapes.to(self.error.device)
         found = []
-        for part in shapes.to(self.error.device).split(size):
+        for part in shapes.split(size):
             blocks = []
             for run, place in zip(self.runs, places, strict=True):
-                blocks.append(run.block_mean_columns(spread(effect.columns(place[effect.place], part), part)))
-            found.append((whitener or self.whitener)(torch.cat(blocks, dim=-2)))
-        return torch.cat(found)
+                here = place[effect.place]
+                columns = effect.distinct_columns(here, part, shapes) if distinct else effect.columns(here, part)
+                blocks.append(run.block_mean_columns(spread(columns, part)))
+            found.append((whitener or self.whitener)(_joined(blocks, IN_TIME)))
+        return _joined(found, OF_SHAPES)
 
 
 def _means(run: Run, here: History) -> History:
@@ -135,10 +156,9 @@ def _means(run: Run, here: History) -> History:
     return replace(here, **dict(zip(of_place, means, strict=False)), inputs=inputs)
 
 
-def _without_repetition(columns: Tensor) -> Tensor:
-    """(G, N, K) columns without those that repeat another for all shapes, such as lines of one period."""
-    apart = [k for k in range(columns.shape[-1]) if not any(torch.equal(columns[..., k], columns[..., j]) for j in range(k))]
-    return columns[..., apart]
+def _joined(parts: list[Tensor], along: int) -> Tensor:
+    """Some (..., N, K) one after the other along an axis, time first in memory, as block means come and whiteners go through it."""
+    return torch.cat([part.movedim(-2, 0) for part in parts], dim=along).movedim(0, -2)
 
 
 def close_starts(design: Design, around: Tensor) -> Tensor:

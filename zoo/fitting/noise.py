@@ -19,8 +19,12 @@ RESOLVED = 3e-3
 
 
 def blocks_of(runs: list[Run]) -> list[Blocks]:
-    """When the block means of each run were taken."""
-    return [Blocks(run.block_mean(run.time), run.block_share()) for run in runs]
+    """When the block means of each run were taken; the same object for runs recorded alike, so that their noise is computed once."""
+    found: list[Blocks] = []
+    for run in runs:
+        own = Blocks(run.block_mean(run.time), run.block_share())
+        found.append(next((other for other in found if own.same(other)), own))
+    return found
 
 
 def noise_of(runs: list[Run]) -> NoiseModel:

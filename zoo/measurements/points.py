@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-import pandas as pd
 import torch
 from torch import Generator, Tensor
 
@@ -82,6 +81,8 @@ class Points:
 
 def _met(run: Run, condition: str) -> Tensor:
     """(N,) whether each block meets the condition."""
+    import pandas as pd  # half a second where nobody asked for a condition
+
     means = run.block_mean_columns(torch.cat([run.table, run.output.unsqueeze(-1)], dim=-1))
     table = pd.DataFrame(means.cpu().numpy(), columns=[*run.columns, OUTPUT])
     try:

@@ -24,16 +24,27 @@ def lagged(time: Tensor, drive: Tensor, tau: Tensor, start: Tensor | None = None
         (..., T) x in the drive's unit.
     """
     steps, known = torch.diff(with_last(time)), with_last(drive)
-    # But for rounding. Not asked of a chunk, whose steps may decide nothing where it is traced.
-    even = not is_carried() and steps.numel() > 0 and bool((steps - steps[0]).abs().max() <= 1e-9 * steps[0])
-    ratio = (steps[:1] if even else steps) / tau.unsqueeze(-1)
-    decay = torch.exp(-ratio)
+    even = 0 if is_carried() else _even(steps)  # not asked of a chunk, whose steps may decide nothing where it is traced
+    first = (drive[..., 0] if start is None else start) + torch.zeros_like(tau)
+    parts, last = [], first
+    if even:
+        ratio = steps[:1] / tau.unsqueeze(-1)
+        parts.append(geometric(ratio.squeeze(-1), _forced(ratio, known[..., : even + 1]), first))
+        last = parts[0][..., -1]
+    ratio = steps[even:] / tau.unsqueeze(-1)
+    parts.append(affine(torch.exp(-ratio), _forced(ratio, known[..., even:]), last))
+    return after_first(first, torch.cat(parts, dim=-1))
+
+
+def _even(steps: Tensor) -> int:
+    """How many steps, from the first on, are one and the same but for rounding: usually all, or all but the last, which too few rows are left for."""
+    return int(((steps - steps[:1]).abs() <= 1e-9 * steps[:1]).cumprod(0).sum())
+
+
+def _forced(ratio: Tensor, drive: Tensor) -> Tensor:
+    """(..., T−1) what each step adds, from its length over τ and the drive (..., T)."""
     mean = -torch.expm1(-ratio) / ratio
-    forced = (mean - decay) * known[..., :-1] + (1 - mean) * known[..., 1:]
-    first = drive[..., 0] if start is None else start
-    first = first + torch.zeros_like(tau)
-    rest = geometric(ratio.squeeze(-1), forced, first) if even else affine(decay, forced, first)
-    return after_first(first, rest)
+    return (mean - torch.exp(-ratio)) * drive[..., :-1] + (1 - mean) * drive[..., 1:]
 
 
 def lagged_rate(time: Tensor, drive: Tensor, tau: Tensor) -> Tensor:

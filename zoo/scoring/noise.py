@@ -15,7 +15,7 @@ WHITENED_AT_ONCE = 1000
 DIFFERENCED = 3
 MOSTLY_FILLED = 0.7
 """Share of columns with anything in them above which sorting them out costs more than it saves."""
-BANDS, WORTH_BANDS = 6, 20_000
+BANDS, WORTH_BANDS = 6, 5_000
 """Into how many a triangular matrix is cut, and how many numbers make that worth while."""
 NORMAL = NormalDist()
 
@@ -33,6 +33,10 @@ class Blocks:
     time: Tensor
     share: Tensor
     begin: float | None = None
+
+    def same(self, other: Blocks) -> bool:
+        """Whether noise makes the same of both."""
+        return self.begin == other.begin and torch.equal(self.time, other.time) and torch.equal(self.share, other.share)
 
     @cached_property
     def pieces(self) -> list[Blocks]:
@@ -119,17 +123,16 @@ class Whitener:
             noise: the noise model.
             runs: block means of each run, N_r each.
         """
-        self.factors: list[Tensor] = []
-        self.log_determinant = 0.0
-        for piece in [piece for run in runs for piece in run.pieces]:
-            factor = torch.linalg.cholesky(noise.covariance(piece))
-            self.log_determinant += 2.0 * float(factor.diagonal().log().sum())
-            self.factors.append(torch.linalg.solve_triangular(factor, torch.eye(len(factor), dtype=factor.dtype, device=factor.device), upper=False))
+        pieces = [piece for run in runs for piece in run.pieces]
+        roots = {piece: _inverse_root(noise.covariance(piece)) for piece in set(pieces)}
+        self.factors = [roots[piece] for piece in pieces]
+        self.log_determinant = -2.0 * sum(float(factor.diagonal().log().sum()) for factor in self.factors)
         self.sizes = [factor.shape[0] for factor in self.factors]
 
     @cached_property
     def _single(self) -> list[Tensor]:
-        return [factor.float() for factor in self.factors]
+        singles = {factor: factor.float() for factor in set(self.factors)}
+        return [singles[factor] for factor in self.factors]
 
     def __call__(self, columns: Tensor) -> Tensor:
         """Whiten (..., N, K) -> (..., N, K), dimensionless, in the precision of what it is given."""
@@ -137,6 +140,12 @@ class Whitener:
         wide = columns.movedim(-2, 0).reshape(columns.shape[-2], -1)  # one matrix product a piece, whatever the batch
         pieces = [_product(factor, piece) for factor, piece in zip(factors, wide.split(self.sizes), strict=True)]
         return torch.cat(pieces).reshape(columns.shape[-2], *columns.shape[:-2], columns.shape[-1]).movedim(0, -2)
+
+
+def _inverse_root(covariance: Tensor) -> Tensor:
+    """(N, N) lower triangular."""
+    factor = torch.linalg.cholesky(covariance)
+    return torch.linalg.solve_triangular(factor, torch.eye(len(factor), dtype=factor.dtype, device=factor.device), upper=False)
 
 
 def _product(factor: Tensor, piece: Tensor) -> Tensor:
