@@ -11,11 +11,11 @@ import torch
 from torch import Generator, Tensor
 
 from zoo.diagnosis.diagnose import open_bench
-from zoo.diagnosis.free_functions import anywhere
+from zoo.diagnosis.free_functions import anywhere, free_functions, worth
 from zoo.diagnosis.moments import moments, rarity
 from zoo.diagnosis.restless import restless
-from zoo.diagnosis.structure import LEVEL_ALLOWED, LINE, SIGNIFICANT, Structure, _outdone, examine, free_dependences, spectral_line
-from zoo.diagnosis.workbench import Workbench
+from zoo.diagnosis.structure import LEVEL_ALLOWED, LINE, MATERIAL, SIGNIFICANT, Structure, _outdone, examine, free_dependences, spectral_line
+from zoo.diagnosis.workbench import Freed, Workbench
 from zoo.measurements.run import Run
 from zoo.simulator.noise import rate_walk
 
@@ -24,6 +24,9 @@ WALK, SWITCHES_PER_HOUR = 2.5, 0.25
 
 LINE_S, LINE_SHARE, SUPPLY_SHARE = 900.0, 0.5, 3.0
 """Period, and amplitude of a line and RMS of what a supply does, over the white noise of a block."""
+
+HIGHEST = 0.16
+"""What the highest temperature so far adds per K, over the white noise of a block."""
 
 
 @pytest.fixture
@@ -95,11 +98,54 @@ def test_a_free_function_is_weighed_at_the_coil_that_suits_it(planted, base, whi
     lagging = fitted.fit.theta.clone()
     lagging[0] = 0.9
     for solved, least, most in ((fitted, -1.0, 5.0), (bench.moved(fitted, lagging), SIGNIFICANT, math.inf)):
-        here = {one.depends_on: one.evidence for one in free_dependences(bench, solved)}
-        there = anywhere(bench, solved)
+        own = {words: torch.cat([solved.fit.plain, free], dim=1) for words, free in free_functions(bench, solved).items()}
+        here = {words: worth(bench, solved, columns).evidence for words, columns in own.items()}
+        there = {words: one.evidence for words, one in anywhere(bench, solved).items()}
         assert all(there[words] > evidence - 1.0 for words, evidence in here.items()), "its own coil is one of them"
         assert max(there, key=lambda words: there[words]) == "the highest temperature so far"
         assert least < there["the highest temperature so far"] - here["the highest temperature so far"] < most
+
+
+@pytest.mark.parametrize("seed", [1, 2, 3])
+def test_columns_are_worth_the_orders_that_are_called_for(planted, base, white, seed) -> None:
+    """What is linear in the size of the rate costs one order, and any basis of the same polynomials finds it."""
+    bench = planted(lambda run, coil: 0.8 * white * torch.gradient(coil, spacing=(run.time,))[0].abs() * 60.0, seed)
+    solved = bench.solve(tuple(base))
+    own, free = solved.fit.plain, free_functions(bench, solved)["the size of the temperature rate, not its sign"]
+    mixed = free @ torch.triu(torch.ones(free.shape[1], free.shape[1], dtype=free.dtype))
+    first, found, other = (worth(bench, solved, torch.cat([own, columns], dim=1)) for columns in (free[:, :1], free, mixed))
+    assert first.evidence - math.log(2.0) - 1.0 < found.evidence, "and the noise may be chosen beside all of them"
+    assert other == pytest.approx(found, abs=1e-3)
+
+
+@pytest.mark.parametrize("seed", [1, 2, 3, 4, 5])
+def test_noise_is_worth_nothing_at_any_coil(runs, catalogue, base, seed) -> None:
+    bench = open_bench(runs("", seed), base, catalogue)
+    assert max(one.evidence for one in anywhere(bench, bench.solve(tuple(base))).values()) < SIGNIFICANT
+
+
+@pytest.mark.parametrize("seed", [1, 2, 3])
+def test_the_highest_temperature_is_not_moisture(planted, base, white, seed) -> None:
+    """A first heating that the second does not repeat dries a coil as well, but in proportion to the highest temperature takes fewer parameters."""
+    bench = planted(lambda run, coil: HIGHEST * white * (coil.cummax(dim=0).values - coil[0]), seed)
+    before = bench.solve(tuple(base))
+    wrong = bench.add(before, "moisture")
+    assert bench.evidence(before, wrong) > SIGNIFICANT, "a search could name it"
+    assert not examine(bench, wrong, before).is_noise
+
+
+def test_what_a_bent_coil_leaves_counts_by_its_evidence_and_by_its_share_of_chi_squared(diagnosis) -> None:
+    found = diagnosis("")
+    bench, base = found.bench, found.search.base
+    known, share = dict(base.freed), 0.5 * MATERIAL * bench.blocks
+    try:
+        for evidence, gain, noise in ((100.0, 1.1 * share, False), (100.0, 0.9 * share, True), (SIGNIFICANT, 1.1 * share, True)):
+            base.freed.clear()
+            base.freed.update({"the size": Freed(evidence, gain, evidence), "the time": Freed(-1.0, 3.0, -9.0)})
+            assert examine(bench, base, base).is_noise is noise
+    finally:
+        base.freed.clear()
+        base.freed.update(known)
 
 
 def test_what_happens_at_few_moments_is_no_noise_and_they_are_told(planted, base, white) -> None:
@@ -164,7 +210,7 @@ def test_a_function_of_an_effects_own_input_does_not_outdo_it_and_one_of_anythin
     try:
         for words, ahead in (("the column field_ut", False), ("the column supply_v", True), ("the coil's temperature", True)):
             base.freed.clear()
-            base.freed[words] = 1000.0
+            base.freed[words] = Freed(1000.0, 1000.0, 1000.0)
             assert (_outdone(bench, final, base) > 1.0) is ahead, words
     finally:
         base.freed.clear()

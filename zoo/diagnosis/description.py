@@ -15,7 +15,7 @@ from zoo.diagnosis.forms import POLYNOMIALS, wave
 from zoo.diagnosis.free_functions import TOGETHER, FreeFunction, functions_of, weigh
 from zoo.diagnosis.quantities import CLOCK, RATE, SIZE
 from zoo.diagnosis.restless import restless
-from zoo.diagnosis.structure import MATERIAL, SIGNIFICANT
+from zoo.diagnosis.structure import MATERIAL, SIGNIFICANT, examine
 from zoo.diagnosis.workbench import Solved, Workbench
 from zoo.effects.base import Parameter
 
@@ -64,7 +64,7 @@ def describe(bench: Workbench, base: Solved) -> Description:
     """
     forms = FormBench(bench, base)
     best = forms.best()
-    if share_of(best.solved, base) < SMOOTH:
+    if share_of(best.solved, base) < SMOOTH and not _makes_noise(forms, best):
         return _nothing_smooth(bench, base)
     first = next(free for free in forms.frees if any(one.effect.name == best.effect.name for one in forms.of(free)))
     entries = [_entry(bench, forms.at, base, first, best)]
@@ -76,6 +76,11 @@ def describe(bench: Workbench, base: Solved) -> Description:
 def share_of(solved: Solved, base: Solved) -> float:
     """Share of the variance of what one model leaves that another takes away."""
     return 1.0 - (solved.rms / base.rms) ** 2
+
+
+def _makes_noise(forms: FormBench, best: Tried) -> bool:
+    """Whether a form leaves noise: then it is what was missing, however little of the variance a bent coil and flicker had left of it."""
+    return examine(forms.bench, best.solved, best.solved).is_noise
 
 
 def _nothing_smooth(bench: Workbench, base: Solved) -> Description:

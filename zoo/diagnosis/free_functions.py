@@ -9,7 +9,7 @@ import torch
 from torch import Tensor
 
 from zoo.diagnosis.quantities import FLAT, RATE, TEMPERATURE, Quantity, quantities
-from zoo.diagnosis.workbench import Solved, Workbench
+from zoo.diagnosis.workbench import Freed, Solved, Workbench
 from zoo.fitting.projection import project
 
 ORDER = 6
@@ -134,8 +134,8 @@ def weigh(bench: Workbench, solved: Solved, free: Tensor, beside: Tensor | None 
     return 1.0 - left, after.logarithm - before.logarithm - 0.5 * free.shape[1] * math.log(bench.effective_samples)
 
 
-def anywhere(bench: Workbench, solved: Solved) -> dict[str, float]:
-    """Log Bayes factor of a free function of each quantity, by what it depends on, at whichever coil of a coarse grid suits it best.
+def anywhere(bench: Workbench, solved: Solved) -> dict[str, Freed]:
+    """What a free function of each quantity is worth, by what it depends on, at whichever coil of a coarse grid suits it best.
 
     A model that lacks an effect has bent its coil, and a function of the temperature there explains little of what goes with the true one.
 
@@ -154,10 +154,31 @@ def anywhere(bench: Workbench, solved: Solved) -> dict[str, float]:
             if words not in best or cost < best[words][0]:
                 best[words] = cost, columns
     found = {}
-    for words, (_, columns) in best.items():
-        count = columns.shape[1] - solved.fit.plain.shape[1]
-        likely = bench.mixtures.most_likely(columns, solved.design.error, solved.likely.place)
-        evidence = likely.logarithm - solved.likely.logarithm - 0.5 * count * math.log(bench.effective_samples)
+    for words, (_, suited) in best.items():
         # Under the noise that suits it, the coil of least χ² need not be the likeliest.
-        found[words] = max(evidence, weigh(bench, solved, own[words])[1]) if words in own else evidence
+        here = [torch.cat([solved.fit.plain, own[words]], dim=1)] if words in own else []
+        found[words] = max(worth(bench, solved, columns) for columns in [suited, *here])
     return found
+
+
+def worth(bench: Workbench, solved: Solved, columns: Tensor) -> Freed:
+    """What further columns are worth beside a model: all of them, or those up to the order that the runs call for.
+
+    A named effect is judged by those of its amplitudes that are called for; what may take its place is judged alike. Else what is proportional to the
+    highest temperature is charged for five orders that it has not, and moisture, which bends to it, is not. Each order is half as probable as the one
+    below it.
+
+    Args:
+        bench: the runs.
+        solved: the model.
+        columns: (N, K) block means, the model's own first, at whatever coil.
+    """
+    price, own = math.log(bench.effective_samples), solved.fit.plain.shape[1]
+    likely = bench.mixtures.most_likely(columns, solved.design.error, solved.likely.place)
+    white = bench.mixtures.whitener(likely.place)[1](torch.cat([columns, solved.design.error.unsqueeze(1)], dim=1))
+    white = white * (bench.mixtures.white / likely.noise.white)
+    costs = [float(project(white[:, :count], white[:, -1]).cost) for count in range(own + 1, white.shape[1])]
+    gains = [likely.logarithm - solved.likely.logarithm - 0.5 * (cost - costs[-1]) for cost in costs]
+    whole = gains[-1] - 0.5 * len(gains) * price
+    lower = [Freed(gain - order * (0.5 * price + math.log(2.0)), gain, whole) for order, gain in enumerate(gains, 1)]
+    return max(*lower, Freed(whole, gains[-1], whole))

@@ -9,8 +9,8 @@ import torch
 
 from zoo.diagnosis.free_functions import anywhere, free_functions, weigh
 from zoo.diagnosis.moments import kurtosis, rarity
-from zoo.diagnosis.quantities import inputs_of
-from zoo.diagnosis.workbench import QUIET, Solved, Workbench
+from zoo.diagnosis.quantities import CLOCK, by_the_clock, inputs_of
+from zoo.diagnosis.workbench import QUIET, Freed, Solved, Workbench
 from zoo.fitting.projection import project
 
 LEVEL_ALLOWED = 0.1
@@ -83,7 +83,8 @@ def examine(bench: Workbench, final: Solved, base: Solved) -> Structure:
     uncertain by, that the steps of a large random walk are normal and nothing happens at few moments, that what this mixture predicts from the past
     leaves no spectral line, and that no smooth function of temperature, rate, time or a recorded input explains a material share. Where effects were
     added to `base`, a small part of what they explained may remain, for a catalogue's form is never nature's; and no smooth function of one quantity
-    alone, at whatever coil, may have more evidence than they have, for a right form needs fewer parameters.
+    alone, at whatever coil, may have more evidence than they have, for a right form needs fewer parameters. Where none were, neither may noise and a
+    bent coil stand for one.
 
     Args:
         bench: the runs.
@@ -101,6 +102,8 @@ def examine(bench: Workbench, final: Solved, base: Solved) -> Structure:
     if line is not None and forgiven > 0:
         wave = min(wave, line.explains * (1.0 + excess) / forgiven)
     strain = max(0.0, level, shape, wave, _jumps(bench, final, final.names == base.names), _outdone(bench, final, base))
+    if strain <= 1.0 and final.names == base.names:
+        strain = max(strain, _bent_to(bench, base))
     if final.rms < QUIET * bench.mixtures.white:
         strain = min(strain, 1.0)
     found = (*[one for one in tried if one.matters], *([line] if line is not None and line.matters else []))
@@ -119,21 +122,39 @@ def _jumps(bench: Workbench, final: Solved, alone: bool) -> float:
 def _outdone(bench: Workbench, final: Solved, base: Solved) -> float:
     """How far the best free function is ahead of the added effects, with what is allowed: 1 where it is just that; 0 where none were added.
 
-    One of a column or of the true input does not count against an effect that goes with it: it is that effect, of any form. Of several effects, one
-    alone may stand for it.
+    One of a column or of the true input does not count against an effect that goes with it: it is that effect, of any form. Nor does one of time of a
+    low order against an effect of time alone, for a straight line is a form of ageing. Of several effects, one alone may stand for it.
     """
     if final.names == base.names:
         return 0.0
-    if not base.freed:
-        base.freed.update(anywhere(bench, base))
     added = [name for name in final.names if name not in base.names]
     own = {words for name in added for words in inputs_of(bench.effects[name])}
     known = [bench.known((*base.names, name)) for name in added]
     alone = max((OUTDONE * bench.evidence(base, one) for one in known if one is not None), default=0.0)
     allowed = max(alone, SEVERAL_OUTDONE * bench.evidence(base, final))
-    best = max((evidence for words, evidence in base.freed.items() if words not in own), default=0.0)
+    timed = {CLOCK.words} if any(by_the_clock(bench.effects[name]) for name in added) else set()
+    others = {words: one for words, one in _freed(bench, base).items() if words not in own}
+    best = max((one.whole if words in timed else one.evidence for words, one in others.items()), default=0.0)
     ahead = best - SIGNIFICANT - allowed
     return math.exp(min(BELIEVED * ahead, 5.0))
+
+
+def _bent_to(bench: Workbench, base: Solved) -> float:
+    """How far the best free function at another coil and beside another noise is ahead of none, over what is allowed.
+
+    A coil that has bent to what is missing, and flicker or a walk that has taken over the rest, leave little of its variance to be explained. So what
+    counts as a share is the gain in χ², of as many blocks.
+    """
+    freed = _freed(bench, base)
+    needed = SIGNIFICANT + math.log(max(len(freed), 1))
+    return max((min(one.evidence / needed, 2.0 * one.gain / (MATERIAL * bench.blocks)) for one in freed.values()), default=0.0)
+
+
+def _freed(bench: Workbench, base: Solved) -> dict[str, Freed]:
+    """What a free function of each quantity is worth beside a model, see `anywhere`; reckoned once."""
+    if not base.freed:
+        base.freed.update(anywhere(bench, base))
+    return base.freed
 
 
 def spectral_line(bench: Workbench, final: Solved) -> Dependence | None:

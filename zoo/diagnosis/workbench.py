@@ -6,6 +6,7 @@ import copy
 import math
 from dataclasses import dataclass, field
 from functools import cached_property
+from typing import NamedTuple
 
 import torch
 from torch import Tensor
@@ -37,6 +38,20 @@ COARSE, FINE = 1e-3, 1e-4
 """Tolerance of the fit of a candidate, which decides by evidence of 5 and more, and of a model that is kept."""
 
 
+class Freed(NamedTuple):
+    """What a free function of one quantity is worth beside a model.
+
+    Attributes:
+        evidence: log Bayes factor over none, of the order that the runs call for.
+        gain: of the log likelihood, which the evidence is less what the function's parameters cost.
+        whole: log Bayes factor of all orders.
+    """
+
+    evidence: float
+    gain: float
+    whole: float
+
+
 @dataclass(frozen=True, eq=False)
 class Solved:
     """A fitted grey box.
@@ -49,7 +64,7 @@ class Solved:
         mixtures: the noise that the gyro may have.
         near: the mixture to start from in the search for the likeliest.
         worths: log evidences found so far, by the effects that were not trimmed.
-        freed: log evidences of the free functions that were tried beside it, by what they depend on.
+        freed: what free functions are worth beside it, those that were tried, by what they depend on.
     """
 
     names: tuple[str, ...]
@@ -59,7 +74,7 @@ class Solved:
     mixtures: NoiseMixtures
     near: Place = START
     worths: dict[frozenset[str], float] = field(default_factory=dict)
-    freed: dict[str, float] = field(default_factory=dict)
+    freed: dict[str, Freed] = field(default_factory=dict)
 
     @cached_property
     def basis(self) -> Tensor:
