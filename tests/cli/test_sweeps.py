@@ -147,6 +147,15 @@ def metrics(values: list[float], check: list[float] | None, seconds: float) -> d
     return best | ({"members": members} if len(values) > 1 else {})
 
 
+def test_a_start_that_a_closed_form_has_no_use_for_is_not_compared() -> None:
+    assert train("model=polynomial,bp", "init=random,pso", "init.seed=1") == 0
+    assert [(row["model"], row["init"], row["n"]) for row in sorted(rows(), key=lambda row: (row["model"], row["init"]))] == [
+        ("bp", "pso", "1"),
+        ("bp", "random", "1"),
+        ("polynomial", "–", "2"),
+    ]
+
+
 def test_the_table_has_quantiles_over_all_seeds_of_equal_settings() -> None:
     values = np.random.default_rng(3).uniform(1, 2, (2, 40))
     alone_ = [({"model": "bp"}, metrics([a], [b], 2.0)) for a, b in values[:, :20].T]

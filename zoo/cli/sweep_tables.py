@@ -24,6 +24,9 @@ FILE = "sweep.csv"
 SEED = "seed"
 MOST = 20
 """Failed jobs that are told one by one."""
+UNUSED = "–"
+UNUSABLE = ("init",)
+"""Choices that a fit by itself leaves alone, which its metrics then say."""
 USES = {"rms": "fit", "rms_check": "check"}
 
 
@@ -40,7 +43,8 @@ def tell_results(config: DictConfig, folder: Path, outcomes: Mapping[Path, Outco
         return
     differing = _differing([_settings(one) for one in outcomes.values()])
     metrics = [json.loads(Path(str(one.result)).read_text(encoding="utf-8")) for one in done]
-    table = sweep_table([{key: _settings(one).get(key, "") for key in differing if key != SEED} for one in done], metrics)
+    kept = [key for key in differing if key != SEED]
+    table = sweep_table([_of_use(_settings(one), found, kept) for one, found in zip(done, metrics, strict=True)], metrics)
     path = write_text(folder / FILE, str(table.to_csv(index=False, float_format="%.6g", lineterminator="\n")))
     again = sum(one.again for one in done)
     _print(table, f"{len(done)} jobs{f' ({again} done before)' if again else ''}: RMS, median [90 % range]")
@@ -68,6 +72,11 @@ def sweep_table(settings: Sequence[Mapping[str, str]], metrics: Sequence[Mapping
     table = pd.DataFrame(rows)
     best = "rms_check_median" if "rms_check_median" in table else "rms_median"
     return table.sort_values(best, kind="stable", ignore_index=True)
+
+
+def _of_use(settings: Mapping[str, str], metrics: Mapping[str, Any], keys: Sequence[str]) -> dict[str, str]:
+    """Some settings of a job; a start that its fit did not need is none, so that nobody compares it."""
+    return {key: UNUSED if key in UNUSABLE and metrics[key] is None else settings.get(key, "") for key in keys}
 
 
 def _row(key: dict[str, str], metrics: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
