@@ -154,6 +154,9 @@ def test_a_start_that_a_closed_form_has_no_use_for_is_not_compared() -> None:
         ("bp", "random", "1"),
         ("polynomial", "–", "2"),
     ]
+    assert application.run("compare", ["runs=[sweep]", "data.files=[b.csv]", "hydra.run.dir=compared"]) == 0
+    compared = json.loads(Path("compared/comparison.json").read_text())
+    assert {one["name"] for one in compared["methods"]} == {"bp_random", "bp_pso", "polynomial"}
 
 
 def test_the_table_has_quantiles_over_all_seeds_of_equal_settings() -> None:

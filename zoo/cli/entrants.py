@@ -83,7 +83,14 @@ def find_entrants(runs: Sequence[str]) -> tuple[list[Entrant], list[str]]:
         skipped += [str(folder)] if unfinished else []
     if folders and not found:
         raise InputError(f"runs: {', '.join(skipped)}: no finished model there")
-    return found, list(dict.fromkeys(skipped))
+    return list({_training(one): one for one in reversed(found)}.values())[::-1], list(dict.fromkeys(skipped))
+
+
+def _training(one: Entrant) -> tuple[Any, ...]:
+    """What tells trainings of a sweep apart: those of different starts that their fit had no use for are one."""
+    if one.facts.get("init") is not None or not one.settings or "seed" not in one.facts:
+        return (id(one),)
+    return one.folder.parent, one.kind, *(one.facts.get(key) for key in ("optimizer", "seed", "rms")), *sorted(one.settings.items())
 
 
 def _loaded(folder: Path, scripted: bool) -> list[Entrant]:
@@ -91,7 +98,8 @@ def _loaded(folder: Path, scripted: bool) -> list[Entrant]:
         module, metadata = load_exported(folder)
         kind, facts = f"{metadata.get('model') or 'exported'}_exported", _facts(metadata)
         return [Entrant(kind, kind, folder, facts, dict(_flat(metadata.get("settings") or {})), _predictor(module))]
-    saved, settings = load_saved(folder), _settings(folder)
+    saved = load_saved(folder)
+    settings = _settings(folder, but=NO_SETTINGS if saved.facts.get("init") else (*NO_SETTINGS, "init"))  # a fit by itself has no use for a start
     if not (folder / MEMBERS_FILE).is_file():
         return [Entrant(saved.kind, saved.kind, folder, saved.facts, settings, _predictor(saved.module))]
     members = ((seed, cast(Model, module)) for seed, module in load_members(folder))
@@ -155,12 +163,12 @@ def _short(key: str, value: str) -> str:
     return f"{key.rpartition('.')[2]}{'' if value[:1].isdigit() else '='}{value}"
 
 
-def _settings(folder: Path) -> dict[str, str]:
-    """The config that the model was made with; the model's own where that is not kept."""
+def _settings(folder: Path, but: Sequence[str]) -> dict[str, str]:
+    """The config that the model was made with, but for some keys; the model's own where that is not kept."""
     kept = folder / ".hydra" / "config.yaml"
     config = _yaml(kept if kept.is_file() else folder / MODEL_FILE)
     flat = dict(_flat(config))
-    return {key: value for key, value in flat.items() if not any(key == one or key.startswith(f"{one}.") for one in NO_SETTINGS)}
+    return {key: value for key, value in flat.items() if not any(key == one or key.startswith(f"{one}.") for one in but)}
 
 
 def _flat(config: Any, prefix: str = "") -> Iterator[tuple[str, str]]:
