@@ -65,6 +65,17 @@ def test_a_training_becomes_files_that_say_where_they_come_from(trained, tmp_pat
 
 
 @pytest.mark.slow
+def test_the_parameters_of_effects_travel_with_the_file(trained, tmp_path) -> None:
+    settings = ["model=graybox", "effects=[static_bias,mohr]", f"data.files=[{trained.parent / 'chamber.csv'}]", "data.average_s=100"]
+    assert run("train", [*settings, f"hydra.run.dir={tmp_path / 'grey'}"]) == 0
+    assert run("export", [f"run={tmp_path / 'grey'}", "program=false", f"hydra.run.dir={tmp_path / 'out'}"]) == 0
+    metadata, metrics = (json.loads((tmp_path / name).read_text()) for name in ("out/metadata.json", "grey/metrics.json"))
+    assert metadata["physical"] == metrics["physical"]
+    assert {"static_bias", "mohr"} <= set(metadata["physical"])
+    assert metadata["formula"] is None, "nothing is shorter than the parameters"
+
+
+@pytest.mark.slow
 def test_recordings_that_are_gone_are_done_without(trained, tmp_path) -> None:
     for name in ("model.yaml", "weights.pt", "ranges.json", "metrics.json"):
         (tmp_path / name).write_bytes((trained / name).read_bytes())
