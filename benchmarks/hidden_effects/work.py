@@ -3,18 +3,15 @@
 from __future__ import annotations
 
 import json
-import multiprocessing
-import os
 from collections.abc import Callable, Collection, Iterator
-from concurrent.futures import ProcessPoolExecutor, as_completed
 from pathlib import Path
 from typing import Any
 
-import torch
 from hidden_effects.recipe import recipe
 from tqdm import tqdm
 
 from zoo.catalog import names
+from zoo.processes import in_processes
 
 Row = dict[str, Any]
 
@@ -50,18 +47,9 @@ def do(task: Callable[[int], Row], wanted: list[int], path: Path, jobs: int) -> 
     """
     left = [seed for seed in wanted if seed not in done(path)]
     path.parent.mkdir(parents=True, exist_ok=True)
-    os.environ["OMP_NUM_THREADS"] = "1"
     with path.open("a") as file:
-        for row in tqdm(_results(left, task, jobs), desc=path.stem, total=len(left), unit="case", disable=not left):
+        for _, row in tqdm(in_processes(task, left, jobs), desc=path.stem, total=len(left), unit="case", disable=not left):
             file.write(json.dumps(row) + "\n")
             file.flush()
     known = done(path)
     return [known[seed] for seed in wanted]
-
-
-def _results(left: list[int], task: Callable[[int], Row], jobs: int) -> Iterator[Row]:
-    """Rows as they are done, each process in a copy of its own with one thread: several side by side would fight for the cores."""
-    context = multiprocessing.get_context("spawn")
-    with ProcessPoolExecutor(jobs, context, initializer=torch.set_num_threads, initargs=(1,)) as pool:
-        for future in as_completed([pool.submit(task, seed) for seed in left]):
-            yield future.result()

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 from pathlib import Path
+from typing import Any
 
 import hydra
 import pandas as pd
@@ -17,10 +18,10 @@ from zoo.cli.inputs import read_data
 SHORT = ["data=simulated", "data.simulated.runs=1", "+data.simulated.profile=sine", "+data.simulated.sample_s=60", "data.files=[run_1.parquet]"]
 
 
-def train(tmp_path: Path, *more: str) -> dict[str, object]:
+def train(tmp_path: Path, *more: str) -> dict[str, Any]:
     out = tmp_path / "out"
     assert run("train", [*SHORT, "model=polynomial", f"data.folder={tmp_path / 'data'}", f"hydra.run.dir={out}", *more]) == 0
-    found: dict[str, object] = json.loads((out / "metrics.json").read_text())
+    found: dict[str, Any] = json.loads((out / "metrics.json").read_text())
     return found
 
 
@@ -49,6 +50,17 @@ def test_a_wrong_setting_of_the_simulation_is_told(tmp_path: Path, capsys: pytes
     assert run("train", [*SHORT, f"data.folder={tmp_path}", "+data.simulated.colour=red", f"hydra.run.dir={tmp_path / 'out'}"]) == 2
     assert "colour" in capsys.readouterr().err
     assert not list(tmp_path.glob("medium*"))
+
+
+def test_the_users_own_gyro_is_simulated_and_anew_once_it_is_changed(tmp_path: Path) -> None:
+    path = tmp_path / "conf" / "gyro" / "mine.yaml"
+    path.parent.mkdir(parents=True)
+    found = []
+    for walk in (0.001, 0.1):
+        path.write_text(f"defaults: [medium]\nrandom_walk: {walk}\n")
+        found.append(train(tmp_path, "data.simulated.gyro=mine", f"hydra.searchpath=[file://{tmp_path / 'conf'}]")["rms"])
+    assert found[1] > 2 * found[0]
+    assert len(list((tmp_path / "data").glob("mine-*"))) == 2
 
 
 def test_a_config_composed_in_a_program_of_ones_own_is_simulated_as_well(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

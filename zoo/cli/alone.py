@@ -2,9 +2,6 @@
 
 from __future__ import annotations
 
-import os
-import threading
-import time
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -17,10 +14,6 @@ from zoo.errors import WorkError
 LOCK = ".hydra/running.lock"
 PATIENCE_S = 5.0
 """A worker whose sweep was killed needs a moment to notice."""
-LOOK_S = 1.0
-
-# A worker has one parent, and many jobs.
-_watched: set[int] = set()
 
 
 @contextmanager
@@ -40,21 +33,3 @@ def alone_in(folder: Path) -> Iterator[None]:
         yield
     finally:
         lock.release()
-
-
-def end_with_parent(parent: int) -> None:
-    """Ends this process once the one that started it is gone, which nobody tells a worker in the middle of its work, or waiting for more.
-
-    Args:
-        parent: its process number.
-    """
-    if parent in {*_watched, os.getpid()}:  # joblib with one job at a time does it itself
-        return
-    _watched.add(parent)
-
-    def look() -> None:
-        while os.getppid() == parent:
-            time.sleep(LOOK_S)
-        os._exit(1)
-
-    threading.Thread(target=look, daemon=True).start()

@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from pathlib import Path
 
+import hydra
 from hydra.core.hydra_config import HydraConfig
+from omegaconf import DictConfig
 
 
 def typed() -> list[str]:
@@ -23,3 +26,15 @@ def searchpath() -> list[Path]:
         return []
     sources = HydraConfig.get().runtime.config_sources
     return [Path(source.path) for source in sources if source.schema == "file" and source.provider not in {"main", "hydra"}]
+
+
+def composed(verb: str, settings: Sequence[str], with_hydra: bool = False) -> DictConfig:
+    """The settings of another verb as they would be if it were typed, with the user's own configs at hand.
+
+    Args:
+        verb: the name of its YAML.
+        settings: such as ``gyro=medium``.
+        with_hydra: Hydra's own settings as well.
+    """
+    own = [one for one in HydraConfig.get().overrides.hydra if one.startswith("hydra.searchpath=")] if HydraConfig.initialized() else []
+    return hydra.compose(verb, [*own, *settings], return_hydra_config=with_hydra)

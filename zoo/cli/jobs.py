@@ -14,10 +14,11 @@ from hydra.core.hydra_config import HydraConfig
 from omegaconf import DictConfig
 
 from zoo.artifacts import writable_folder, write_text
-from zoo.cli.alone import alone_in, end_with_parent
+from zoo.cli.alone import alone_in
 from zoo.cli.closed_pipe import CLOSED_PIPE
 from zoo.cli.outcomes import FAILED, SINGLE, Outcome, finished_before, made_from, started_by
 from zoo.errors import InputError, WorkError, causes
+from zoo.processes import end_with_parent
 
 OUTPUT = "output.txt"
 """What a job prints that runs beside others."""

@@ -5,11 +5,11 @@ from __future__ import annotations
 import importlib
 import re
 from collections.abc import Mapping, Sequence
+from functools import partial
 from pathlib import Path
 from tempfile import TemporaryDirectory
-from typing import cast
+from typing import Any, cast
 
-import hydra
 import pandas as pd
 from hydra.core.hydra_config import HydraConfig
 from omegaconf import DictConfig, open_dict
@@ -19,7 +19,7 @@ from torch import Tensor
 
 from zoo.artifacts import writable_folder, write_text
 from zoo.catalog import create, load_members, load_model, names
-from zoo.cli.command_line import searchpath, typed
+from zoo.cli.command_line import composed, searchpath, typed
 from zoo.cli.inputs import read_data
 from zoo.cli.papers import GROUP
 from zoo.cli.simulated_data import NOISELESS
@@ -30,12 +30,15 @@ from zoo.measurements.write import write_measurements
 from zoo.models.base import Model
 from zoo.models.prediction import predict_blocks, predict_blocks_of_each
 from zoo.papers.study import Claim, Row, Study
+from zoo.processes import in_processes
 from zoo.progress import progress
 from zoo.scoring.stages import rms
 
 TABLE, TEXT, FIGURES, METHODS = "table.csv", "table.md", "figures", "methods"
 OtherData = Mapping[str, tuple[Sequence[Run], Sequence[Run]]]
 """Runs to fit and runs to check on, by name: what every method is fitted to besides the paper's runs."""
+Task = tuple[DictConfig, Sequence[Run], Sequence[Run], Mapping[str, Any]]
+"""Settings of a training, the runs to fit and to check on, and what was chosen of every config group."""
 
 
 def run(config: DictConfig, out: Path) -> Path:
@@ -57,14 +60,13 @@ def run(config: DictConfig, out: Path) -> Path:
     runs, checks = read_data(config)
     others: OtherData = create(config.others) if "others" in config else {}
     predicted: dict[str, list[Tensor]] = {}
-    elsewhere: dict[str, dict[str, list[Tensor]]] = {name: {} for name in others}
+    settings: dict[str, DictConfig] = {}
     for place, (name, own) in enumerate(config.methods.items(), 1):
         console.print(f"{place}/{len(config.methods)} {name}", highlight=False)
         folder = writable_folder(out / METHODS / re.sub(r"\W+", "_", str(name)).lower())
-        settings = _composed(config, list(own))
-        predicted[str(name)] = _predicted(settings, runs, checks, folder)
-        for data, found in _predicted_elsewhere(settings, others).items():
-            elsewhere[data][str(name)] = found
+        settings[str(name)] = _composed(config, list(own))
+        predicted[str(name)] = _predicted(settings[str(name)], runs, checks, folder)
+    elsewhere = _predicted_elsewhere(settings, others)
     apart = {data: Study.of([*fit, *check], len(fit), elsewhere[data]) for data, (fit, check) in others.items()}
     study = Study.of([*runs, *checks], len(runs), predicted, apart)
     rows, claims = paper.rows(study), paper.claims(study, _floors(config, study.runs))
@@ -77,7 +79,7 @@ def _composed(config: DictConfig, own: list[str]) -> DictConfig:
     """The settings of one method, as `fogzoo train` would have them: the experiment's, the user's, the method's own."""
     given = [one for one in typed() if not one.startswith((f"{GROUP}=", "methods", "+methods"))]
     paper = HydraConfig.get().runtime.choices[GROUP]
-    return hydra.compose("train", [f"{GROUP}={paper}", f"seeds={config.seeds}", *given, *own], return_hydra_config=True)
+    return composed("train", [f"{GROUP}={paper}", f"seeds={config.seeds}", *given, *own], with_hydra=True)
 
 
 def _predicted(config: DictConfig, runs: Sequence[Run], checks: Sequence[Run], folder: Path) -> list[Tensor]:
@@ -91,20 +93,35 @@ def _predicted(config: DictConfig, runs: Sequence[Run], checks: Sequence[Run], f
     return [predict_blocks_of_each(models, one) for one in (*runs, *checks)]
 
 
-def _predicted_elsewhere(config: DictConfig, others: OtherData) -> dict[str, list[Tensor]]:
-    """(1, N) predictions of one method for every run of other data, fitted to each with a seed of its own; nothing is kept of these trainings."""
-    choices, found = config.hydra.runtime.choices, {}
-    with progress("other data", len(others)) as advance:
+def _predicted_elsewhere(settings: Mapping[str, DictConfig], others: OtherData) -> dict[str, dict[str, list[Tensor]]]:
+    """(1, N) predictions for every run of other data by every method, fitted to each with a seed of its own; nothing is kept of these trainings."""
+    tasks: dict[tuple[str, str], Task] = {}
+    for method, config in settings.items():
         for place, (data, (runs, checks)) in enumerate(others.items()):
             own = config.copy()
             with open_dict(own):
                 del own["hydra"]
                 own.seed, own.seeds = config.seed + place, 1
-            with TemporaryDirectory() as folder:
-                _, model, _ = fitted(own, runs, checks, Path(folder), choices)
-            found[data] = [predict_blocks(model, one).unsqueeze(0) for one in (*runs, *checks)]
+            tasks[data, method] = own, runs, checks, dict(config.hydra.runtime.choices)
+    keys, found = list(tasks), {}
+    known = partial(_in_this_application, HydraConfig.instance().cfg)
+    with progress("other data", len(tasks)) as advance:
+        for place, predicted in in_processes(_fitted_alone, tasks.values(), first=known):
+            found[keys[place]] = predicted
             advance()
-    return found
+    return {data: {method: found[data, method] for method in settings} for data in others}
+
+
+def _fitted_alone(task: Task) -> list[Tensor]:
+    config, runs, checks, choices = task
+    with TemporaryDirectory() as folder:
+        _, model, _ = fitted(config, runs, checks, Path(folder), choices)
+    return [predict_blocks(model, one).unsqueeze(0) for one in (*runs, *checks)]
+
+
+def _in_this_application(known: Any) -> None:
+    """For a process of its own: Hydra is asked there, too, where the user's own configs lie."""
+    HydraConfig.instance().set_config(known)
 
 
 def _floors(config: DictConfig, runs: Sequence[Run]) -> list[float]:

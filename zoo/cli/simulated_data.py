@@ -7,7 +7,6 @@ from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
-import hydra
 from omegaconf import OmegaConf
 from rich.console import Console
 from torch import Tensor
@@ -15,6 +14,7 @@ from torch import Tensor
 import zoo
 from zoo.artifacts import folder_replacing, write_text
 from zoo.catalog import config_folder
+from zoo.cli.command_line import composed, searchpath
 from zoo.cli.simulate import simulations
 from zoo.measurements.write import write_measurements
 from zoo.simulator.simulated import Recording
@@ -46,7 +46,7 @@ def recorded(settings: Mapping[str, Any], folder: Path) -> Path:
     if (place / SETTINGS).is_file():
         return place
     Console(stderr=True).print(f"simulating {' '.join(overrides)}, once, into {place}", highlight=False, soft_wrap=True)
-    simulation = next(simulations(hydra.compose("simulate", overrides)))
+    simulation = next(simulations(composed("simulate", overrides)))
     with folder_replacing(place) as temporary:
         for one in (*simulation.runs, simulation.check):
             write_measurements(temporary / f"{one.name}.parquet", one.table)
@@ -72,10 +72,10 @@ def _overrides(settings: Mapping[str, Any], above: str = "") -> Iterator[str]:
 
 def _fingerprint(overrides: list[str]) -> str:
     package = Path(zoo.__file__).resolve().parent
-    parts = [*(package / part for part in CODE), *(config_folder() / part for part in CONFIGS)]
+    parts = [*(package / part for part in CODE), *(folder / part for folder in (config_folder(), *searchpath()) for part in CONFIGS)]
     files = [path for part in parts for path in (sorted(part.rglob("*.[py]*")) if part.is_dir() else [part])]
     written = hashlib.sha256("\n".join(overrides).encode())
     for path in files:
-        if path.suffix in {".py", ".yaml"}:
+        if path.suffix in {".py", ".yaml"} and path.is_file():  # the user's own folders need not have all parts
             written.update(path.read_bytes())
     return written.hexdigest()[:10]
