@@ -66,6 +66,16 @@ def test_what_lasts_is_no_outlier(runs, white, lasts) -> None:
     assert without_outliers(given, residuals, white) is given
 
 
+def test_a_knock_goes_and_a_burst_that_dies_away_stays(runs, white) -> None:
+    given, chance = runs(), torch.Generator().manual_seed(1)
+    noise = [white * torch.randn(run.blocks, generator=chance, dtype=torch.float64) for run in given]
+    assert without_outliers(given, noise, white) is given
+    for dies, left in ((0.0, 1), (0.5, 0), (0.85, 0)):
+        residual = noise[0].clone()
+        residual[50:60] += 15 * white * torch.tensor([1.0, *(dies**k for k in range(1, 10))], dtype=torch.float64)
+        assert without_outliers(given, [residual, noise[1]], white)[0].blocks == given[0].blocks - left
+
+
 def test_outliers_that_fast_fringes_hide_are_found_behind_them(runs, catalogue, base, white) -> None:
     """In the error itself they are no farther off than the fringes move from block to block."""
     first, second = runs("polarization", noises=40.0)

@@ -25,6 +25,9 @@ WALK, SWITCHES_PER_HOUR = 2.5, 0.25
 LINE_S, LINE_SHARE, SUPPLY_SHARE = 900.0, 0.5, 3.0
 """Period, and amplitude of a line and RMS of what a supply does, over the white noise of a block."""
 
+BURST = 7.0
+"""First block of a burst in every run, over the white noise of a block."""
+
 HIGHEST = 0.16
 """What the highest temperature so far adds per K, over the white noise of a block."""
 
@@ -164,6 +167,21 @@ def test_what_happens_at_few_moments_is_no_noise_and_they_are_told(planted, base
     assert [name for name, _ in told] == ["run_1", "run_1", "run_2"]
     assert [hours for _, hours in told] == pytest.approx([2.0, 6.5, 4.2], abs=0.3)
     assert restless(bench, solved).startswith("It happens at few moments: run_1 at ")
+
+
+@pytest.mark.parametrize(("share", "noise"), [(0.7, False), (6.0, True)])
+def test_a_burst_is_forgiven_beside_an_effect_that_explains_far_more(planted, base, white, share, noise) -> None:
+    """What a supply explains is `share` times the white noise; its form may leave 4 % of that squared, up to a quarter of the noise."""
+
+    def both(run: Run, coil: Tensor) -> Tensor:
+        supply, since = run.column("supply_v"), run.time - run.time[0] - 3600 * 4.2
+        return share * white * (supply - supply.mean()) / supply.std() + BURST * white * torch.exp(-since.clamp_min(0) / 400) * (since > 0)
+
+    bench = planted(both, 1)
+    before = bench.solve(tuple(base))
+    final = bench.add(before, "supply_voltage")
+    assert rarity(bench, final) > 1.5
+    assert examine(bench, final, before).is_noise is noise
 
 
 @pytest.mark.parametrize("seed", [1, 2, 3, 4, 5])

@@ -35,6 +35,16 @@ def rarity(bench: Workbench, solved: Solved) -> float:
     return max(kurtosis(bench, solved, blocks) for blocks in SCALES) / RARE
 
 
+def prominence(bench: Workbench, solved: Solved) -> float:
+    """Share of a whitened residual's variance that lies in the moments which stand out, at the scale where that is most; in noise next to none."""
+    shares = []
+    for blocks in SCALES:
+        sums = torch.cat(_sums(bench, solved, blocks))
+        high = sums[sums.abs() > STANDS_OUT * sums.square().mean().sqrt()]
+        shares.append(float(high.square().sum()) / max(float(sums.square().sum()), 1e-300))
+    return max(shares)
+
+
 def moments(bench: Workbench, solved: Solved) -> list[tuple[str, float]]:
     """Runs and hours at which a residual stands out, in order: the four most prominent, if there are as many."""
     found: list[tuple[float, str, float]] = []

@@ -11,7 +11,7 @@ from zoo.effects.base import Effect, History
 from zoo.errors import InputError
 from zoo.fitting.noise import noise_of
 from zoo.measurements.run import Run
-from zoo.scoring.spikes import spikes
+from zoo.scoring.spikes import off_neighbours, spikes
 
 CONSTANT_K = 0.5
 SMALLEST_SWING_K = 5.0
@@ -19,6 +19,10 @@ FEWEST_BLOCKS = 60
 SAMPLES = 61
 FEW_OUTLIERS = 4
 """More isolated blocks in one run than so many that a model leaves far off are what it lacks."""
+FAR_FROM_MODEL = 5.0
+"""Sigma, beyond six times the local median deviation, at which a block is far off where a model has explained the rest."""
+ALONE = 1 / 3
+"""Most that the blocks beside an outlier may be off, of what it is itself: a burst that dies away is none."""
 VARIED = 0.01
 """Range of the reference over its largest value above which it varies; below, what is proportional to it is a bias to 1 %."""
 
@@ -85,15 +89,18 @@ def without_outliers(runs: list[Run], residuals: list[Tensor], sigma: float) -> 
         residuals: R of (N_r,) block means that the model leaves [unit].
         sigma: white noise of one block mean [unit].
     """
-    found = [_alone(spikes(residual, sigma)) for residual in residuals]
+    found = [_alone(spikes(residual, sigma, FAR_FROM_MODEL), residual) for residual in residuals]
     few = [bad if int(bad.sum()) <= FEW_OUTLIERS else torch.zeros_like(bad) for bad in found]
     return [_without(run, bad) for run, bad in zip(runs, few, strict=True)] if any(bool(bad.any()) for bad in few) else runs
 
 
-def _alone(bad: Tensor) -> Tensor:
-    """Those without another next to them: what lasts is no outlier."""
-    beside = torch.nn.functional.pad(bad, (1, 1))
-    return bad & ~beside[:-2] & ~beside[2:]
+def _alone(far: Tensor, values: Tensor) -> Tensor:
+    """Those of the values (N,) far off that have nothing like them beside them, for what lasts is no outlier; at a run's ends one side is enough."""
+    if not far.any():
+        return far
+    off = off_neighbours(values)[0].abs()
+    beside = torch.nn.functional.pad(off, (1, 1))
+    return far & (torch.maximum(beside[:-2], beside[2:]) < ALONE * off)
 
 
 def _without(run: Run, bad: Tensor) -> Run:

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import torch
 
 from zoo.diagnosis.free_functions import anywhere, free_functions, weigh
-from zoo.diagnosis.moments import kurtosis, rarity
+from zoo.diagnosis.moments import kurtosis, prominence, rarity
 from zoo.diagnosis.quantities import CLOCK, by_the_clock, inputs_of
 from zoo.diagnosis.workbench import QUIET, Freed, Solved, Workbench
 from zoo.fitting.projection import project
@@ -101,7 +101,7 @@ def examine(bench: Workbench, final: Solved, base: Solved) -> Structure:
     wave = 0.0 if line is None else line.evidence / LINE
     if line is not None and forgiven > 0:
         wave = min(wave, line.explains * (1.0 + excess) / forgiven)
-    strain = max(0.0, level, shape, wave, _jumps(bench, final, final.names == base.names), _outdone(bench, final, base))
+    strain = max(0.0, level, shape, wave, _jumps(bench, final, forgiven), _outdone(bench, final, base))
     if strain <= 1.0 and final.names == base.names:
         strain = max(strain, _bent_to(bench, base))
     if final.rms < QUIET * bench.mixtures.white:
@@ -110,13 +110,16 @@ def examine(bench: Workbench, final: Solved, base: Solved) -> Structure:
     return Structure(strain, excess, found)
 
 
-def _jumps(bench: Workbench, final: Solved, alone: bool) -> float:
-    """Excess kurtosis of the whitened residual over what chance may give: steps of a walk that is large are looked at after any effect.
+def _jumps(bench: Workbench, final: Solved, forgiven: float) -> float:
+    """Excess kurtosis of the whitened residual over what chance may give: of the steps of a walk that is large, and of bursts of any length.
 
-    So are bursts of any length of a model to which nothing was added (`alone`); what the form of an added effect leaves may be short and rare.
+    What the simplified form of an added effect leaves may be short and rare as well: of bursts, the share that is `forgiven` counts for nothing.
     """
     walk = kurtosis(bench, final) / KURTOSIS if bench.mixtures.much_walk(final.likely.noise) else 0.0
-    return max(walk, rarity(bench, final) if alone else 0.0)
+    bursts = rarity(bench, final)
+    if bursts > 1.0 and forgiven > 0:
+        bursts = min(bursts, prominence(bench, final) / forgiven)
+    return max(walk, bursts)
 
 
 def _outdone(bench: Workbench, final: Solved, base: Solved) -> float:

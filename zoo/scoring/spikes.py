@@ -6,6 +6,8 @@ import torch
 from torch import Tensor
 
 HALF_WINDOW = 3
+WINDOW = 2 * HALF_WINDOW + 1
+"""Blocks that count as neighbours, the one in question among them."""
 
 
 def spikes(values: Tensor, sigma: float, limit: float = 10.0) -> Tensor:
@@ -21,12 +23,16 @@ def spikes(values: Tensor, sigma: float, limit: float = 10.0) -> Tensor:
     Returns:
         (N,) bool.
     """
-    size = 2 * HALF_WINDOW + 1
-    if values.numel() < size:
+    if values.numel() < WINDOW:
         return torch.zeros_like(values, dtype=torch.bool)
-    edge = values.new_full((HALF_WINDOW,), 0.0)
-    padded = torch.cat([edge + values[1 : size + 1].median(), values, edge + values[-size - 1 : -1].median()])
-    windows = padded.unfold(0, size, 1)
+    off, spread = off_neighbours(values)
+    return off.abs() > limit * sigma + 6.0 * spread
+
+
+def off_neighbours(values: Tensor) -> tuple[Tensor, Tensor]:
+    """(N,) how far each of at least `WINDOW` values is off the median of itself and its neighbours, and (N,) the median deviation of these."""
+    edge = values.new_zeros(HALF_WINDOW)
+    padded = torch.cat([edge + values[1 : WINDOW + 1].median(), values, edge + values[-WINDOW - 1 : -1].median()])
+    windows = padded.unfold(0, WINDOW, 1)
     centre = windows.median(dim=1).values
-    spread = (windows - centre.unsqueeze(1)).abs().median(dim=1).values
-    return (values - centre).abs() > limit * sigma + 6.0 * spread
+    return values - centre, (windows - centre.unsqueeze(1)).abs().median(dim=1).values
