@@ -15,6 +15,7 @@ from zoo.diagnosis.free_functions import anywhere, free_functions, worth
 from zoo.diagnosis.moments import moments, rarity
 from zoo.diagnosis.restless import restless
 from zoo.diagnosis.structure import LEVEL_ALLOWED, LINE, MATERIAL, SIGNIFICANT, Structure, _outdone, examine, free_dependences, spectral_line
+from zoo.diagnosis.swings import swings
 from zoo.diagnosis.workbench import Freed, Workbench
 from zoo.measurements.run import Run
 from zoo.simulator.noise import rate_walk
@@ -219,6 +220,29 @@ def test_a_line_is_forgiven_as_what_a_large_effect_leaves_and_not_by_itself(plan
     assert not examine(beside, final, final).is_noise, "the same residual, nothing added"
     solved = alone.solve(tuple(base))
     assert not examine(alone, solved, solved).is_noise
+
+
+def chirp(time: Tensor) -> Tensor:
+    """A sine whose period falls from 1500 s to 750 s within ten hours."""
+    return (2 * torch.pi * time / 1500 * (1 + time / 72_000)).sin()
+
+
+@pytest.mark.parametrize("seed", [1, 2, 3])
+def test_what_swings_faster_and_faster_is_no_noise(planted, base, white, seed) -> None:
+    """No frequency stands out of it, and flicker takes over its variance."""
+    bench = planted(lambda run, coil: 1.2 * white * chirp(run.time - run.time[0]), seed)
+    solved = bench.solve(tuple(base))
+    found = swings(bench, solved)
+    assert found.matters
+    assert 600 < found.periods_s[0] < found.periods_s[1] < 2000
+    assert not examine(bench, solved, solved).is_noise
+    assert restless(bench, solved).startswith("It swings, with no period that stays: every ")
+
+
+@pytest.mark.parametrize("seed", [1, 2, 3, 4, 5])
+def test_noise_swings_in_no_band(runs, catalogue, base, seed) -> None:
+    bench = open_bench(runs("", seed), base, catalogue)
+    assert swings(bench, bench.solve(tuple(base))).evidence < 2.0
 
 
 def test_a_function_of_an_effects_own_input_does_not_outdo_it_and_one_of_anything_else_does(diagnosis) -> None:

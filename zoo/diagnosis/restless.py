@@ -9,6 +9,7 @@ from torch import Tensor
 
 from zoo.diagnosis.form_words import number
 from zoo.diagnosis.moments import moments, rarity
+from zoo.diagnosis.swings import swings
 from zoo.diagnosis.workbench import Solved, Workbench
 from zoo.units import symbol
 
@@ -21,7 +22,7 @@ SECONDS_PER_MINUTE = 60.0
 
 
 def restless(bench: Workbench, solved: Solved) -> str:
-    """How the residual of a model comes and goes, in a sentence: between two levels, at few moments, or at random with a time scale."""
+    """How the residual of a model comes and goes, in a sentence: between two levels, at few moments, in a band of periods, or at random."""
     parts = list(solved.residual.split([run.blocks for run in bench.runs]))
     step, unit = bench.runs[0].average_s, symbol(bench.runs[0].unit)
     low, high, left = two_levels(solved.residual)
@@ -32,6 +33,9 @@ def restless(bench: Workbench, solved: Solved) -> str:
     found = moments(bench, solved)
     if found and rarity(bench, solved) > 1.0:
         return f"It happens at few moments: {_told(found)}."
+    band = swings(bench, solved)
+    if band.matters:
+        return f"It swings, with no period that stays: every {' to '.join(_minutes(period) for period in band.periods_s)}."
     blocks = correlation_time(parts)
     if blocks <= 1.0:
         return f"It is new in every block of {number(step)} s: noise of another level or with outliers, rather than an effect."

@@ -10,6 +10,7 @@ import torch
 from zoo.diagnosis.free_functions import anywhere, free_functions, weigh
 from zoo.diagnosis.moments import kurtosis, prominence, rarity
 from zoo.diagnosis.quantities import CLOCK, by_the_clock, inputs_of
+from zoo.diagnosis.swings import BAND, swings
 from zoo.diagnosis.workbench import QUIET, Freed, Solved, Workbench
 from zoo.fitting.projection import project
 
@@ -81,10 +82,10 @@ def examine(bench: Workbench, final: Solved, base: Solved) -> Structure:
 
     Noise means that the likeliest mixture of white, flicker and random walk within what gyros have reaches χ²/dof = 1, within what the noise level is
     uncertain by, that the steps of a large random walk are normal and nothing happens at few moments, that what this mixture predicts from the past
-    leaves no spectral line, and that no smooth function of temperature, rate, time or a recorded input explains a material share. Where effects were
-    added to `base`, a small part of what they explained may remain, for a catalogue's form is never nature's; and no smooth function of one quantity
-    alone, at whatever coil, may have more evidence than they have, for a right form needs fewer parameters. Where none were, neither may noise and a
-    bent coil stand for one.
+    leaves no spectral line or band, and that no smooth function of temperature, rate, time or a recorded input explains a material share. Where
+    effects were added to `base`, a small part of what they explained may remain, for a catalogue's form is never nature's; and no smooth function of
+    one quantity alone, at whatever coil, may have more evidence than they have, for a right form needs fewer parameters. Where none were, neither may
+    noise and a bent coil stand for one.
 
     Args:
         bench: the runs.
@@ -101,7 +102,9 @@ def examine(bench: Workbench, final: Solved, base: Solved) -> Structure:
     wave = 0.0 if line is None else line.evidence / LINE
     if line is not None and forgiven > 0:
         wave = min(wave, line.explains * (1.0 + excess) / forgiven)
-    strain = max(0.0, level, shape, wave, _jumps(bench, final, forgiven), _outdone(bench, final, base))
+    band = swings(bench, final)
+    wave = max(wave, min(band.evidence / BAND, band.share * (1.0 + excess) / forgiven if forgiven > 0 else math.inf))
+    strain = max(0.0, level, shape, wave, _jumps(bench, final, final.names == base.names, forgiven), _outdone(bench, final, base))
     if strain <= 1.0 and final.names == base.names:
         strain = max(strain, _bent_to(bench, base))
     if final.rms < QUIET * bench.mixtures.white:
@@ -110,15 +113,16 @@ def examine(bench: Workbench, final: Solved, base: Solved) -> Structure:
     return Structure(strain, excess, found)
 
 
-def _jumps(bench: Workbench, final: Solved, forgiven: float) -> float:
+def _jumps(bench: Workbench, final: Solved, alone: bool, forgiven: float) -> float:
     """Excess kurtosis of the whitened residual over what chance may give: of the steps of a walk that is large, and of bursts of any length.
 
-    What the simplified form of an added effect leaves may be short and rare as well: of bursts, the share that is `forgiven` counts for nothing.
+    What the simplified form of an added effect leaves may be short and rare as well. So beside one (not `alone`) only bursts that are no noise count,
+    and only as far as their share is more than what is `forgiven`.
     """
     walk = kurtosis(bench, final) / KURTOSIS if bench.mixtures.much_walk(final.likely.noise) else 0.0
     bursts = rarity(bench, final)
-    if bursts > 1.0 and forgiven > 0:
-        bursts = min(bursts, prominence(bench, final) / forgiven)
+    if not alone:
+        bursts = min(bursts, prominence(bench, final) / max(forgiven, 1e-9)) if bursts > 1.0 else 0.0
     return max(walk, bursts)
 
 

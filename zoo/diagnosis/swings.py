@@ -1,0 +1,62 @@
+"""What swings in a band of frequencies: a line that moves, which neither a noise mixture nor a single frequency accounts for."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import torch
+
+from zoo.diagnosis.workbench import Solved, Workbench
+
+WIDEST = 4
+"""Part of the spectrum, one in so many, that a band may take at most: noise is what the rest is."""
+BAND = 8.0
+"""Log likelihood ratio of a band over none, beyond that of so many bands, that chance may give (3 in 10 000)."""
+
+
+@dataclass(frozen=True)
+class Swings:
+    """The band of one run's spectrum that stands out most.
+
+    Attributes:
+        evidence: log likelihood ratio of a white spectrum that is higher there over one that is not, less the logarithm of the number of bands.
+        share: of the variance of all runs, what the band has more than the rest.
+        periods_s: its shortest and longest period [s].
+    """
+
+    evidence: float
+    share: float
+    periods_s: tuple[float, float]
+
+    @property
+    def matters(self) -> bool:
+        """Whether chance does not do that."""
+        return self.evidence > BAND
+
+
+def swings(bench: Workbench, solved: Solved) -> Swings:
+    """The band that stands out most in the periodograms of a model's residual, whitened by its likeliest noise.
+
+    Ordinates of a white periodogram are exponential; of w of them whose mean is r times that of all, the likelihood of a level of their own over the
+    common one has the logarithm w·(r − 1 − ln r) (Whittle 1953). Bands are a power of two wide. Blocks are taken as evenly spaced.
+    """
+    white = bench.mixtures.whitener(solved.likely.place)[1](solved.residual.unsqueeze(1)).squeeze(1)
+    parts = white.split([run.blocks for run in bench.runs])
+    powers = [(torch.fft.rfft(part).abs().square() / max(len(part), 1))[1:-1] for part in parts]
+    mean, total = float(torch.cat(powers).mean()), max(sum(map(len, powers)), 1)
+    found, tried = Swings(-math.inf, 0.0, (math.inf, math.inf)), 0
+    for run, power in zip(bench.runs, powers, strict=True):
+        sums = torch.nn.functional.pad((power / max(mean, 1e-300)).cumsum(0), (1, 0))
+        width = 1
+        while width <= len(power) // WIDEST:
+            level = ((sums[width:] - sums[:-width]) / width).clamp_min(1.0)
+            ratio = width * (level - 1.0 - level.log())
+            place = int(ratio.argmax())
+            tried += 2 * len(ratio) // width
+            if float(ratio[place]) > found.evidence:
+                step = 1.0 / (2.0 * run.average_s * (len(power) + 1))
+                periods = 1.0 / (step * (place + width)), 1.0 / (step * (place + 1))
+                found = Swings(float(ratio[place]), (float(level[place]) - 1.0) * width / total, periods)
+            width *= 2
+    return Swings(found.evidence - math.log(max(tried, 1)), found.share, found.periods_s)
