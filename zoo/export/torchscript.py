@@ -41,12 +41,13 @@ class Core(nn.Module):
 
 
 class FeatureCore(Core):
-    """A network as it was trained, and the same one sample at a time."""
+    """A network as it was trained, and the same one sample at a time; on the CPU, there, what the weights alone decide is computed once."""
 
     def __init__(self, model: FeatureModel, features: list[Recipe]) -> None:
         super().__init__()
         self.model = model
         self.stream = FeatureStream(features)
+        self.head = _with_constants(model, len(features))
 
     def forward(self, x: Tensor) -> Tensor:
         """See `Core.forward`."""
@@ -63,7 +64,8 @@ class FeatureCore(Core):
         features = torch.empty([len(values)], dtype=x.dtype, device=x.device)
         for i, value in enumerate(values):
             features.select(0, i).fill_(value)  # torch.tensor(values) and features[i] = value go through single precision in TorchScript
-        return self.model.head(features)
+        predicted: Tensor = self.model.head(features) if x.is_cuda else self.head(features)
+        return predicted
 
 
 class CarriedCore(Core):
@@ -251,6 +253,15 @@ def _core(model: Model, x: Tensor) -> Core:
 def _traced(module: nn.Module, *arguments: Tensor) -> nn.Module:
     traced: nn.Module = torch.jit.trace(module.eval(), arguments, check_trace=False)  # what the whole file says is compared with the model later
     return traced
+
+
+def _with_constants(model: FeatureModel, features: int) -> Any:
+    """The head for one sample, with the weights as constants: what depends on nothing else is computed once. Only a function's trace has them so."""
+
+    def head(values: Tensor) -> Tensor:
+        return model.head(values)
+
+    return torch.jit.trace(head, torch.zeros(features, dtype=torch.float64), check_trace=False)
 
 
 def _without_sources(file: bytes) -> bytes:
