@@ -27,10 +27,12 @@ def test_each_result_comes_with_the_place_of_its_item(jobs) -> None:
     assert list(in_processes(math.factorial, [], jobs)) == []
 
 
-def test_each_process_has_one_thread_and_tensors_travel_by_value() -> None:
+def test_each_process_has_one_thread_and_tensors_travel_by_value(monkeypatch) -> None:
+    monkeypatch.setenv("OMP_NUM_THREADS", "2")  # or else it would be one in any case
     found = dict(in_processes(partial(operator.mul, torch.arange(3.0)), [torch.tensor(2.0), torch.tensor(3.0)], 2))
     assert [one.tolist() for _, one in sorted(found.items())] == [[0, 2, 4], [0, 3, 6]]
     assert [threads for _, threads in in_processes(_threads, range(2), 2)] == [1, 1]
+    assert os.environ["OMP_NUM_THREADS"] == "2"
 
 
 def _threads(_: int) -> int:
