@@ -26,7 +26,7 @@ demo: install ## a simulated gyro with a hidden effect: simulated, diagnosed, re
 
 # One thread a process: two tests side by side are faster than two threads in one, and do not fight for the cores.
 test: install ## all tests (ARGS='tests/effects -k mohr', JOBS=4)
-	@OMP_NUM_THREADS=1 $(RUN) -m pytest -n $(JOBS) $(ARGS)
+	@OMP_NUM_THREADS=1 $(RUN) -m pytest -n $(JOBS) --dist worksteal $(ARGS)
 
 check: install ## ruff and mypy
 	@$(RUN) -m ruff check .

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from functools import partial
 from pathlib import Path
 
 import pandas as pd
@@ -60,10 +59,13 @@ def test_the_users_own_configs_are_found_in_processes_of_their_own(tmp_path: Pat
         path.write_text(text)
     monkeypatch.syspath_prepend(tmp_path)
     arguments = ["seeds=1", "others.count=1", f"data.folder={tmp_path / 'data'}", f"hydra.searchpath=[file://{tmp_path / 'conf'}]"]
-    tables = []
+    tables, before = [], torch.get_num_threads()
     for jobs in (1, 2):
         out = tmp_path / f"out_{jobs}"
-        monkeypatch.setattr(torch, "get_num_threads", partial(int, jobs))
-        assert run("reproduce", ["paper=mine", *arguments, f"hydra.run.dir={out}"]) == 0
+        torch.set_num_threads(jobs)
+        try:
+            assert run("reproduce", ["paper=mine", *arguments, f"hydra.run.dir={out}"]) == 0
+        finally:
+            torch.set_num_threads(before)
         tables.append(pd.read_csv(out / "table.csv"))
     pd.testing.assert_frame_equal(*tables)
