@@ -189,7 +189,7 @@ def test_the_headline_claims_no_more_than_the_pairs() -> None:
     both["pairs"][0]["verdict"] = "open"
     assert leaders(both) == ["a_network_called_0", "a_network_called_1"]
     assert headline(both) == "a_network_called_0 and a_network_called_1 are best and cannot be told apart"
-    assert headline(document(3, verdict="open")) == "None of the 3 can be told from the best, a_network_called_0"
+    assert headline(document(3, verdict="open")) == "a_network_called_0 is ahead, but the other 2 cannot be told from it"
     assert headline(document(1)) == "a_network_called_0 removes > 99 % of the error"
     worse = document(2)
     worse["rms"]["uncompensated"] = 0.1

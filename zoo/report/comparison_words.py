@@ -134,7 +134,7 @@ def _shared(document: Record, ahead: list[str]) -> str:
     if len(ahead) == 2 and pair is not None and pair["verdict"] == "same":
         return f"{ahead[0]} and {ahead[1]} predict the same{'' if everyone else ', better than the others'}"
     if everyone and len(ahead) > 2:
-        return f"None of the {len(ahead)} can be told from the best, {ahead[0]}"
+        return f"{ahead[0]} is ahead, but the other {len(ahead) - 1} cannot be told from it"
     named = joined(ahead) if len(ahead) <= 3 else f"{ahead[0]} and {len(ahead) - 1} others"
     return f"{named} cannot be told apart" if everyone else f"{named} are best and cannot be told apart"
 
