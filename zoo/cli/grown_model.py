@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import copy
 from collections.abc import Callable, Sequence
-from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -67,11 +66,14 @@ def _told(found: Diagnosis, asked: Subject) -> Diagnosis:
     return found
 
 
-def climb(asked: Subject, runs: list[Run], check_runs: list[Run], add: str | list[str], progress: Progress) -> tuple[Refinement, list[Model]]:
+def climb(
+    asked: Subject, before: Diagnosis, runs: list[Run], check_runs: list[Run], add: str | list[str], progress: Progress
+) -> tuple[Refinement, list[Model]]:
     """Refine; each rung of a network's ladder is trained as a hybrid.
 
     Args:
         asked: the model as it stands.
+        before: its diagnosis.
         runs: fitted.
         check_runs: only predicted.
         add: names in order, or ``"auto"``.
@@ -80,14 +82,9 @@ def climb(asked: Subject, runs: list[Run], check_runs: list[Run], add: str | lis
     Returns:
         The refinement and the model on each rung.
     """
+    found = refine(runs, check_runs, asked.effects, add, asked.catalogue, progress, before)
     if asked.network is None:
-        found = refine(runs, check_runs, asked.effects, add, asked.catalogue, progress)
         return found, [solved.model.cpu() for solved in found.solutions]
-    diagnosis = None
-    if add == "auto":
-        diagnosis, asked = examine(asked, runs, progress)
-        add = diagnosis.search.missing
-    found = replace(refine(runs, check_runs, asked.effects, add, asked.catalogue, progress), diagnosis=diagnosis)
     models: list[Model] = []
     for rung, solved in zip(found.record["ladder"], found.solutions, strict=True):
         progress(f"training {' + '.join(solved.names)}")

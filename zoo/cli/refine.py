@@ -11,11 +11,11 @@ from rich.console import Console
 from zoo.artifacts import write_json
 from zoo.catalog import save_model
 from zoo.cli.effects import named
-from zoo.cli.given_model import Subject, subject
+from zoo.cli.given_model import subject
 from zoo.cli.grown_model import climb, examine, model_config
 from zoo.cli.inputs import read_data
 from zoo.cli.next_commands import compare_command, next_commands, refine_words, stub_commands, typed_settings
-from zoo.diagnosis.refine import Refinement
+from zoo.diagnosis.refine import Refinement, check_added
 from zoo.models.base import Model
 from zoo.models.graybox import GrayBox
 from zoo.models.prediction import usable_device
@@ -41,12 +41,14 @@ def run(config: DictConfig, out: Path) -> Path:
         runs, check_runs = read_data(config)
         device = usable_device(config.torch_device)
         runs = [run.to(device) for run in runs]
-        # All that the report's diagnosis will ask for as well: a wrong effect is refused before the work, not after it.
         whole = subject(config, runs)
         asked = whole if wanted is None else subject(config, runs, wanted)
-        found, models = climb(asked, runs, check_runs, add, status.update)
+        check_added(runs, asked.effects, wanted or [], asked.catalogue)
+        before, seen = examine(whole, runs, status.update)
+        asked = seen if wanted is None else asked
+        found, models = climb(asked, before, runs, check_runs, add, status.update)
         status.update("drawing the report")
-        record = _diagnosis(found, runs, whole, status.update)
+        record = before.record
         _report(out, record, found, models, check_runs)
         stub = write_stub(record, out)
         save_model(out, model_config(config, asked, models[-1]), models[-1], fitted_ranges(models[-1], runs))
@@ -61,13 +63,6 @@ def run(config: DictConfig, out: Path) -> Path:
         print(stub_line(stub))
     print(f"report: {out / 'report.html'}")
     return path
-
-
-def _diagnosis(found: Refinement, runs: Any, whole: Subject, progress: Any) -> dict[str, Any]:
-    """The diagnosis that the report begins with: that of `add=auto`, else a new one of the model as it was."""
-    if found.diagnosis is not None:
-        return found.diagnosis.record
-    return examine(whole, runs, progress)[0].record
 
 
 def _report(out: Path, record: dict[str, Any], found: Refinement, models: list[Model], check_runs: Any) -> None:

@@ -10,6 +10,7 @@ import torch
 
 from zoo.diagnosis.diagnose import Diagnosis, diagnose, open_bench
 from zoo.diagnosis.parameters import fitted_parameters
+from zoo.diagnosis.search import climb
 from zoo.diagnosis.structure import examine
 from zoo.diagnosis.workbench import Solved, Workbench
 from zoo.effects.base import Effect
@@ -31,12 +32,12 @@ class Refinement:
     Attributes:
         record: the contract's refinement, ready for JSON.
         solutions: the fitted model of every rung.
-        diagnosis: of the model before anything was added, where `add` was ``"auto"``.
+        diagnosis: of the model before anything was added.
     """
 
     record: dict[str, Any]
     solutions: list[Solved]
-    diagnosis: Diagnosis | None
+    diagnosis: Diagnosis
 
     @property
     def model(self) -> GrayBox:
@@ -51,6 +52,7 @@ def refine(
     add: str | list[str],
     catalogue: dict[str, Effect],
     progress: Callable[[str], None] = lambda _: None,
+    diagnosis: Diagnosis | None = None,
 ) -> Refinement:
     """Refit with more effects.
 
@@ -58,9 +60,11 @@ def refine(
         runs: the fitted runs.
         check_runs: runs that are only predicted.
         effects: names in the model as it stands.
-        add: names to add in this order, or ``"auto"`` for what the diagnosis finds missing.
+        add: names to add in this order, or ``"auto"`` for what the diagnosis finds missing. Either way the ladder stands on the runs as the
+            diagnosis left them: without outliers, weighted by the noise that it found.
         catalogue: every effect by name.
         progress: told what is being done.
+        diagnosis: of the model as it stands, where there is one already; by default a new one, with all of the catalogue as candidates.
 
     Raises:
         InputError: unknown effect, an effect that is there already, unusable runs, check runs averaged otherwise.
@@ -69,27 +73,43 @@ def refine(
     if other is not None:
         told = f"{other.name} has block means of {other.average_s:g} s, {runs[0].name} of {runs[0].average_s:g} s"
         raise InputError(f"{told}: read all with one average_s")
-    diagnosis = None
+    added = [] if add == "auto" else [add] if isinstance(add, str) else list(add)
+    check_added(runs, effects, added, catalogue)
+    found = diagnosis or diagnose(runs, effects, catalogue, progress)
     if add == "auto":
-        diagnosis = diagnose(runs, effects, catalogue, progress)
-        bench, added = diagnosis.bench, diagnosis.search.missing
+        added = found.search.missing
+        bench, solutions = found.bench, _rungs(found.bench, found.search.base, added)
     else:
-        added = [add] if isinstance(add, str) else list(add)
-        twice = [name for place, name in enumerate(added) if name in [*effects, *added[:place]]]
-        if twice:
-            raise InputError(f"add: '{twice[0]}' is in the model already (effects: {', '.join(effects)})")
-        bench = open_bench(runs, [*effects, *added], catalogue)
-    solutions = _climb(bench, diagnosis, tuple(effects), added, progress)
-    record = _record(bench, solutions, check_runs, added)
-    return Refinement(record, solutions, diagnosis)
+        bench = found.bench.with_effects(catalogue)
+        climbed = climb(bench, tuple(effects), added, progress)
+        solutions = [climbed.base, *climbed.path]
+    return Refinement(_record(bench, solutions, check_runs, added), solutions, found)
 
 
-def _climb(bench: Workbench, diagnosis: Diagnosis | None, names: tuple[str, ...], added: list[str], progress: Callable[[str], None]) -> list[Solved]:
-    solutions = [diagnosis.search.base if diagnosis else bench.begin(names)]
+def check_added(runs: list[Run], effects: list[str], added: list[str], catalogue: dict[str, Effect]) -> None:
+    """Refuse effects that cannot be added, before any work.
+
+    Args:
+        runs: the fitted runs.
+        effects: names in the model as it stands.
+        added: names to add.
+        catalogue: every effect by name.
+
+    Raises:
+        InputError: an effect is there already, is unknown, or lacks its column; the runs cannot determine it.
+    """
+    twice = [name for place, name in enumerate(added) if name in [*effects, *added[:place]]]
+    if twice:
+        raise InputError(f"add: '{twice[0]}' is in the model already (effects: {', '.join(effects)})")
+    if added:
+        open_bench(runs, [*effects, *added], catalogue)
+
+
+def _rungs(bench: Workbench, base: Solved, added: list[str]) -> list[Solved]:
+    """The models on the way of a search, which may have reached its last one by another."""
+    solutions = [base]
     for name in added:
-        progress(f"refitting with {name}")
-        known = bench.known((*solutions[-1].names, name))
-        solutions.append(known or bench.add(solutions[-1], name))
+        solutions.append(bench.known((*solutions[-1].names, name)) or bench.add(solutions[-1], name))
     return solutions
 
 

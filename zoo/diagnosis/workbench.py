@@ -352,6 +352,10 @@ class Workbench:
         """The same runs, fits weighted with another noise model."""
         return Workbench(self.runs, self.effects, noise, self.mixtures)
 
+    def with_effects(self, effects: dict[str, Effect]) -> Workbench:
+        """The same runs and noise, with other effects to name."""
+        return Workbench(self.runs, effects, self.noise, self.mixtures)
+
 
 def _cheapest(design: Design, trials: Tensor) -> Tensor:
     """The likeliest θ (P,) of several (G, P)."""
