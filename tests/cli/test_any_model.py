@@ -153,8 +153,8 @@ class KnownLoop(Hysteresis):
 def less_likely(out: Path, gyro: Path, truth: dict) -> float:
     """By how much χ² is higher with the loop's true shape than with the one found, all else trained to it.
 
-    χ² of a play operator has kinks along the width, of which a standard error at one place tells nothing: the profile does. A network linearised
-    where it stands beside another loop would leave the true one more than the network itself does, once trained beside it.
+    A network linearised where it stands beside another loop would leave the true one more than the network itself does, once trained beside it.
+    What stays is more than chance: the network maps the thermometer, Shupe's effect lives in the coil, and the loop makes up for some of that.
     """
     hybrid, runs = load_model(out), read_runs(str(gyro / "run_*.csv"))
     known = Hybrid(copy.deepcopy(hybrid.network), {"hysteresis": KnownLoop(truth)}, hybrid.inputs)

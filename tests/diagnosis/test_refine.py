@@ -46,9 +46,16 @@ def test_auto_climbs_to_what_is_missing(ladder, base, white) -> None:
     assert record["noise_floor_check"] == pytest.approx(white, rel=0.2)
 
 
-def test_an_effect_named_by_hand_is_searched_for_and_refitted_as_by_auto(ladder) -> None:
-    """On the runs as the diagnosis left them: what the report says of the model as it stands is what the ladder begins with."""
-    by_hand, auto = (ladder("polarization", add) for add in (("polarization",), "auto"))
+def test_an_effect_named_by_hand_is_searched_for_and_refitted_as_by_auto(runs, check, base, catalogue, white) -> None:
+    """On the runs as the diagnosis left them, which here walk more than most, with a block that was knocked."""
+    chance, shaken = torch.Generator().manual_seed(1), []
+    for run in runs("polarization"):
+        walk = 0.035 * white * torch.randn(len(run.error), generator=chance, dtype=torch.float64).cumsum(0)
+        shaken.append(replace(run, error=run.error + walk + 12 * white * (run.block == 100)))
+    by_hand, auto = (refine(shaken, check("polarization"), base, add, catalogue) for add in (["polarization"], "auto"))
+    left = auto.diagnosis.bench
+    assert left.noise.walk > 0.2 * left.noise.white, "not the noise that is assumed at first"
+    assert left.blocks < sum(run.blocks for run in shaken)
     for mine, found in zip(by_hand.record["ladder"], auto.record["ladder"], strict=True):
         for key in ("rms", "rms_check"):
             assert mine[key] == pytest.approx(found[key], rel=1e-4)

@@ -63,12 +63,12 @@ class Diagnosis:
         return str(self.record["verdict"])
 
 
-def open_bench(runs: list[Run], effects: list[str], catalogue: dict[str, Effect]) -> Workbench:
-    """Check the runs, leave spikes out and estimate the noise.
+def check_effects(runs: list[Run], effects: list[str], catalogue: dict[str, Effect]) -> None:
+    """Refuse effects that these runs cannot be fitted with.
 
     Args:
         runs: the fitted runs.
-        effects: names in the model as it stands.
+        effects: names.
         catalogue: every effect by name.
 
     Raises:
@@ -81,6 +81,20 @@ def open_bench(runs: list[Run], effects: list[str], catalogue: dict[str, Effect]
         if lacking:
             raise InputError(f"effect '{name}' needs the column {', '.join(lacking)}; {runs[0].name} has {', '.join(runs[0].columns)}")
     check_swing(runs, {name: catalogue[name] for name in effects})
+
+
+def open_bench(runs: list[Run], effects: list[str], catalogue: dict[str, Effect]) -> Workbench:
+    """Check the runs, leave spikes out and estimate the noise.
+
+    Args:
+        runs: the fitted runs.
+        effects: names in the model as it stands.
+        catalogue: every effect by name.
+
+    Raises:
+        InputError: see `check_effects`.
+    """
+    check_effects(runs, effects, catalogue)
     clean = without_spikes(runs)
     noise = noise_of(clean)
     return Workbench(clean, catalogue, noise, NoiseMixtures(clean, noise.white))

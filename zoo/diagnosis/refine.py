@@ -8,9 +8,8 @@ from typing import Any
 
 import torch
 
-from zoo.diagnosis.diagnose import Diagnosis, diagnose, open_bench
+from zoo.diagnosis.diagnose import Diagnosis, check_effects, diagnose
 from zoo.diagnosis.parameters import fitted_parameters
-from zoo.diagnosis.search import climb
 from zoo.diagnosis.structure import examine
 from zoo.diagnosis.workbench import Solved, Workbench
 from zoo.effects.base import Effect
@@ -77,12 +76,11 @@ def refine(
     check_added(runs, effects, added, catalogue)
     found = diagnosis or diagnose(runs, effects, catalogue, progress)
     if add == "auto":
-        added = found.search.missing
-        bench, solutions = found.bench, _rungs(found.bench, found.search.base, added)
+        added, bench, base = found.search.missing, found.bench, found.search.base
     else:
         bench = found.bench.with_effects(catalogue)
-        climbed = climb(bench, tuple(effects), added, progress)
-        solutions = [climbed.base, *climbed.path]
+        base = bench.begin(tuple(effects))
+    solutions = _climb(bench, base, added, progress)
     return Refinement(_record(bench, solutions, check_runs, added), solutions, found)
 
 
@@ -101,15 +99,16 @@ def check_added(runs: list[Run], effects: list[str], added: list[str], catalogue
     twice = [name for place, name in enumerate(added) if name in [*effects, *added[:place]]]
     if twice:
         raise InputError(f"add: '{twice[0]}' is in the model already (effects: {', '.join(effects)})")
-    if added:
-        open_bench(runs, [*effects, *added], catalogue)
+    check_effects(runs, [*effects, *added], catalogue)
 
 
-def _rungs(bench: Workbench, base: Solved, added: list[str]) -> list[Solved]:
-    """The models on the way of a search, which may have reached its last one by another."""
+def _climb(bench: Workbench, base: Solved, added: list[str], progress: Callable[[str], None]) -> list[Solved]:
+    """The models with one effect more at a time; one that a search came by is taken as it is."""
     solutions = [base]
-    for name in added:
-        solutions.append(bench.known((*solutions[-1].names, name)) or bench.add(solutions[-1], name))
+    for place, name in enumerate(added, 1):
+        progress(f"refitting with {name}")
+        before = solutions[-1]
+        solutions.append(bench.known((*before.names, name)) or bench.finish(bench.add(before, name), tuple(added[:place])))
     return solutions
 
 

@@ -227,22 +227,5 @@ def settle(
     return again, search(again, again.begin(names), candidates, progress)
 
 
-def climb(bench: Workbench, names: tuple[str, ...], added: list[str], progress: Callable[[str], None] = lambda _: None) -> Search:
-    """The models with one effect more at a time, whether it helps or not.
-
-    Args:
-        bench: the runs and effects.
-        names: the model as it stands.
-        added: effects, in this order.
-        progress: told what is being done.
-    """
-    base = bench.begin(names)
-    found = Search(base, base)
-    for name in added:
-        progress(f"refitting with {name}")
-        found.keep(_finished(bench, base, bench.add(found.final, name)))
-    return found
-
-
 def _finished(bench: Workbench, base: Solved, solved: Solved) -> Solved:
     return bench.finish(solved, tuple(name for name in solved.names if name not in base.names))
