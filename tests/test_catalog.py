@@ -5,8 +5,9 @@ from __future__ import annotations
 from pathlib import Path
 
 import pytest
+import torch
 
-from zoo.catalog import build, load, names
+from zoo.catalog import build, load, load_model, names, save_model
 from zoo.errors import InputError
 
 
@@ -39,3 +40,32 @@ def test_what_is_included_and_is_not_there_is_said(tmp_path: Path) -> None:
 def test_every_name_builds(group: str) -> None:
     for name in names(group):
         assert build(group, name) is not None
+
+
+@pytest.fixture
+def saved(tmp_path: Path) -> Path:
+    save_model(
+        tmp_path, {"_target_": "zoo.models.bp.BP", "features": ["temperature"], "hidden": 2}, build("model", "bp", features=["temperature"], hidden=2)
+    )
+    return tmp_path
+
+
+@pytest.mark.parametrize("target", ["builtins.print", "os.getcwd", "zoo.errors.InputError"])
+@pytest.mark.parametrize("nested", [False, True])
+def test_a_saved_model_from_elsewhere_calls_nothing_but_modules(saved: Path, capsys: pytest.CaptureFixture[str], target: str, nested: bool) -> None:
+    inner = f"_target_: {target}\n"
+    (saved / "model.yaml").write_text(f"_target_: zoo.models.graybox.GrayBox\neffects:\n  mine:\n    {inner}" if nested else inner, encoding="utf-8")
+    with pytest.raises(InputError, match=f"model.yaml: {target} is no model and no effect"):
+        load_model(saved)
+    assert capsys.readouterr().out == ""
+
+
+@pytest.mark.parametrize("damage", ["empty", "half", "other", "text"])
+def test_damaged_weights_are_told_with_the_file(saved: Path, damage: str) -> None:
+    path = saved / "weights.pt"
+    if damage == "other":
+        torch.save({"weight": torch.zeros(3)}, path)
+    else:
+        path.write_bytes({"empty": b"", "half": path.read_bytes()[:300], "text": b"no weights at all"}[damage])
+    with pytest.raises(InputError, match=r"weights\.pt: damaged, or of another model"):
+        load_model(saved)

@@ -87,6 +87,7 @@ def write_text(path: str | Path, text: str) -> Path:
 
     Raises:
         InputError: the folder cannot be written to.
+        WorkError: writing failed half-way.
     """
     with replacing(path) as temporary:
         temporary.write_text(text, encoding="utf-8", newline="\n")
@@ -99,5 +100,6 @@ def write_json(path: str | Path, data: Any) -> Path:
     Raises:
         ValueError: there is a NaN or an infinity in it; they are no JSON, and a reader in another language stops at them.
         InputError: the folder cannot be written to.
+        WorkError: writing failed half-way.
     """
     return write_text(path, json.dumps(data, indent=2, ensure_ascii=False, allow_nan=False) + "\n")

@@ -6,8 +6,9 @@ import copy
 import importlib
 import json
 import re
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from pathlib import Path
+from pickle import UnpicklingError
 from typing import Any, cast
 
 import torch
@@ -164,16 +165,48 @@ def save_model(folder: Path, config: dict[str, Any], module: torch.nn.Module, ra
 def load_model(folder: str | Path) -> torch.nn.Module:
     """Rebuild a model saved by `train` or `refine`, in evaluation mode.
 
+    Of what its files name, only subclasses of `torch.nn.Module` are called, and weights are but numbers, so that a folder may come from elsewhere.
+
     Raises:
-        InputError: the folder holds no saved model.
+        InputError: the folder holds no saved model, or one that is damaged.
     """
     folder = Path(folder)
     for file in (MODEL_FILE, WEIGHTS_FILE):
         if not (folder / file).is_file():
             raise InputError(f"{folder}: no saved model here ({file} is missing); give the output folder of a train or refine command")
-    module: torch.nn.Module = create(OmegaConf.load(folder / MODEL_FILE))  # type: ignore[arg-type]
-    module.load_state_dict(torch.load(folder / WEIGHTS_FILE, weights_only=True))
+    config = OmegaConf.load(folder / MODEL_FILE)
+    strange = next((target for target in _targets(OmegaConf.to_container(config, resolve=True)) if not _makes_modules(target)), None)
+    module = None if strange else create(config)  # type: ignore[arg-type]
+    if not isinstance(module, torch.nn.Module):
+        raise InputError(f"{folder / MODEL_FILE}: {strange or 'nothing there'} is no model and no effect; give the folder that a command left")
+    try:
+        module.load_state_dict(torch.load(folder / WEIGHTS_FILE, weights_only=True))
+    except (RuntimeError, EOFError, UnpicklingError, KeyError) as error:
+        raise InputError(f"{folder / WEIGHTS_FILE}: damaged, or of another model than {MODEL_FILE} ({_start(error)}); train it again") from error
     return module.eval()
+
+
+def _targets(config: Any) -> Iterator[str]:
+    """Whatever a configuration would have called."""
+    for key, value in config.items() if isinstance(config, dict) else enumerate(config) if isinstance(config, list) else ():
+        if key == "_target_":
+            yield str(value)
+        else:
+            yield from _targets(value)
+
+
+def _makes_modules(target: str) -> bool:
+    """Whether it is a model or an effect, or cannot be found, which is told when it is asked for."""
+    module, _, name = target.rpartition(".")
+    try:
+        found = getattr(importlib.import_module(module), name)
+    except Exception:  # whatever comes of importing a user's own code
+        return True
+    return isinstance(found, type) and issubclass(found, torch.nn.Module)
+
+
+def _start(error: Exception) -> str:
+    return (str(error) or type(error).__name__).strip().splitlines()[0][:100]
 
 
 def load_members(folder: str | Path) -> list[tuple[int, torch.nn.Module]]:

@@ -3,6 +3,7 @@
 import csv
 import json
 import os
+import shutil
 import sys
 import warnings
 from pathlib import Path
@@ -128,7 +129,9 @@ def test_predictions_equal_to_a_model_s_own_give_the_identical_row(recordings, s
     assert isinstance(model, Model)
     for name in ("check", "later"):
         one = read_runs(recordings / f"{name}.csv", average_s=None)[0]
-        write_measurements(given / f"pred_{name}.csv", {"time_s": one.time, "predicted_error_dph": model(one.select(model.inputs)).detach()})
+        predicted = model(one.select(model.inputs)).detach()
+        write_measurements(given / f"pred_{name}.csv", {"time_s": one.time, "predicted_error_dph": predicted})
+        write_measurements(tmp_path / "rounded" / f"pred_{name}.csv", {"time_s": one.time, "predicted_error_dph": predicted * (1.0 + 1e-13)})
     files = f"data.files=[{recordings / 'check.csv'},{recordings / 'later.csv'}]"
     for setting, called in ((f"predictions={{mymodel: {given}/pred_*.csv}}", "mymodel"), (f"predictions=[{given}]", "elsewhere")):
         out = tmp_path / called
@@ -137,6 +140,26 @@ def test_predictions_equal_to_a_model_s_own_give_the_identical_row(recordings, s
             assert row["bp"] == row[called]
         assert [(pair["verdict"], pair["statement"]) for pair in document["pairs"]] == [("same", f"bp and {called} predict the same")]
         assert "predict the same" in document["statement"]
+    document = compare(tmp_path / "out", f"runs=[{sweep / '3'}]", f"predictions=[{tmp_path / 'rounded'}]", files)
+    assert [pair["verdict"] for pair in document["pairs"]] == ["same"], "up to rounding"
+
+
+def test_seeds_of_another_machine_are_the_same_method_and_one_seed_is_no_constant(recordings, sweep, tmp_path) -> None:
+    """Ten digits are alike; and one draw of a network beside six of another says nothing of its other draws, only of the two networks."""
+    bp = [sweep / str(SEEDS + i) for i in range(SEEDS)]
+    for job in bp:
+        there = tmp_path / "there" / job.name
+        shutil.copytree(job, there)
+        weights = torch.load(there / "weights.pt", weights_only=True)
+        torch.save({key: value * (1 + 1e-12) if value.is_floating_point() else value for key, value in weights.items()}, there / "weights.pt")
+    files = f"data.files=[{recordings / 'check.csv'}]"
+    document = compare(tmp_path / "alike", f"runs=[{','.join(map(str, bp))},{tmp_path / 'there'}]", files)
+    assert [len(one["models"]) for one in document["methods"]] == [SEEDS, SEEDS]
+    assert [pair["verdict"] for pair in document["pairs"]] == ["same"]
+    lone = compare(tmp_path / "lone", f"runs=[{','.join(map(str, bp))},{sweep / '0'},{sweep / 'line'}]", files)
+    over = {frozenset((pair["first"], pair["second"])): (pair["interval_over"], pair["wins"]) for pair in lone["pairs"]}
+    assert over[frozenset(("bp_hidden2", "bp_hidden9"))] == ("time", None)
+    assert over[frozenset(("polynomial", "bp_hidden9"))][0] == "seeds", "what is solved is all there is"
 
 
 def test_predictions_alone_are_compared_as_well(recordings, tmp_path) -> None:

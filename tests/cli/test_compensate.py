@@ -108,6 +108,21 @@ def test_two_files_of_one_name_and_the_folder_as_result(trained, capsys) -> None
     assert {"monday_run.csv", "tuesday_run.csv"} < {path.name for path in Path("out").iterdir()}
 
 
+def test_no_file_takes_the_place_of_another(trained) -> None:
+    """Whatever the folders are called, and with two kinds of file of one name."""
+    paths = [Path("x/a_b/c.csv"), Path("y/z/c.csv"), Path("q/a_b_c.csv"), Path("y/z/c.csv.gz")]
+    for path in paths:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        recording().to_csv(path, index=False)
+    assert compensate(trained["polynomial"], f"data.files=[{','.join(map(str, paths))}]") == 0
+    written = [one["written"] for one in facts()]
+    assert len(set(written)) == len(paths)
+    for path, one in zip(paths, facts(), strict=True):
+        assert one["file"] == str(path)
+        assert Path(one["written"]).name.count(".csv") == 1
+        assert len(pd.read_csv(one["written"])) == len(recording())
+
+
 def test_rows_without_a_temperature_are_left_empty_and_forgotten(trained, capsys) -> None:
     frame = recording()
     without = frame.drop(index=range(100, 110))

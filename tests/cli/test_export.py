@@ -51,6 +51,7 @@ def test_a_training_becomes_files_that_say_where_they_come_from(trained, tmp_pat
     assert (metadata["model"], metadata["unit"], metadata["inputs"]) == ("polynomial", "dph", ["time_s", "temperature_c"])
     assert metadata["settings"]["_target_"] == "zoo.models.polynomial.Polynomial"
     assert metadata["trained_on"]["runs"] == ["chamber"]
+    assert metadata["physical"] is None
     assert metadata["trained_on"]["sample_interval_s"] == pytest.approx([STEP_S, STEP_S])
     low, high = metadata["trained_range"]["temperature_c"]
     assert (-11 < low < -9, 49 < high < 51) == (True, True)

@@ -7,7 +7,8 @@ from typing import Any
 
 import pytest
 
-from zoo.cli.saved_models import SavedModel, distinct_names
+from zoo.cli.saved_models import SavedModel, distinct_names, fitted_runs, load_saved, physical_values
+from zoo.errors import InputError
 
 
 def model(kind: str, init: str | None = None, seed: int | None = 1, **facts: Any) -> SavedModel:
@@ -39,3 +40,17 @@ def refined(*added: str) -> SavedModel:
 )
 def test_names(models: list[SavedModel], names: list[str]) -> None:
     assert distinct_names(models) == names
+
+
+def test_what_train_and_refine_tell_is_read_alike() -> None:
+    trained = {"runs": [{"run": "run_1", "rms": 0.1}, {"run": "run_2", "rms": 0.2}], "parameters": 37}
+    refined = {"runs": ["run_1", "run_2"], "parameters": {"mohr": {"coefficient": {"value": 0.1}}}}
+    assert fitted_runs(trained) == fitted_runs(refined) == ["run_1", "run_2"]
+    assert physical_values(trained) is None, "a count of weights is no value of an effect"
+    assert physical_values(trained | {"physical": refined["parameters"]}) == physical_values(refined) == refined["parameters"]
+
+
+def test_a_damaged_result_is_told_with_its_file(tmp_path: Path) -> None:
+    (tmp_path / "metrics.json").write_text('{"seed": 1, "run', encoding="utf-8")
+    with pytest.raises(InputError, match=r"metrics\.json: damaged"):
+        load_saved(tmp_path)

@@ -16,7 +16,7 @@ from zoo.diagnosis.description import describe
 from zoo.diagnosis.diagnose import open_bench
 from zoo.diagnosis.free_functions import functions_of, weigh
 from zoo.diagnosis.refine import refine
-from zoo.diagnosis.restless import correlation_time, dwell_time, two_levels
+from zoo.diagnosis.restless import correlation_time
 from zoo.effects.checks import check_effect
 from zoo.physics.lag import lagged
 from zoo.report.unknown_stub import write_stub
@@ -173,19 +173,6 @@ def test_what_is_there_already_explains_nothing_more(with_planted, catalogue) ->
     assert share == pytest.approx(0.0, abs=1e-6)
     assert evidence < 0.0
     assert fitted(bench, base, free).left.std() < 0.3 * base.residual.std()
-
-
-def test_two_levels_and_how_long_they_last() -> None:
-    values = torch.tensor([0.0] * 30 + [2.0] * 10 + [0.0] * 20, dtype=torch.float64) + 0.01 * torch.sin(torch.arange(60.0, dtype=torch.float64))
-    low, high, left = two_levels(values)
-    assert (low, high) == (pytest.approx(0.0, abs=0.01), pytest.approx(2.0, abs=0.01))
-    assert left < 1e-3
-    assert dwell_time([values - 1.0]) == pytest.approx(20.0)
-
-
-def test_two_levels_leave_a_third_of_a_gaussian() -> None:
-    values = torch.randn(20000, generator=Generator().manual_seed(1), dtype=torch.float64)
-    assert two_levels(values)[2] == pytest.approx(1 - 2 / torch.pi, abs=0.01)
 
 
 def test_a_correlation_time_is_that_of_the_process() -> None:

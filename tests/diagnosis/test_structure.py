@@ -11,7 +11,7 @@ import torch
 from torch import Generator, Tensor
 
 from zoo.diagnosis.diagnose import open_bench
-from zoo.diagnosis.free_functions import anywhere, free_functions, worth
+from zoo.diagnosis.free_functions import TOGETHER, anywhere, free_functions, functions_of, worth
 from zoo.diagnosis.moments import moments, rarity
 from zoo.diagnosis.restless import restless
 from zoo.diagnosis.structure import LEVEL_ALLOWED, LINE, MATERIAL, SIGNIFICANT, Structure, _outdone, examine, free_dependences, spectral_line
@@ -90,7 +90,8 @@ def test_an_effect_that_a_free_function_outdoes_is_not_what_it_is(planted, base,
     wrong, right = (bench.add(before, name) for name in ("glass_transition", "polarization"))
     structure = examine(bench, wrong, before)
     assert bench.evidence(before, wrong) > SIGNIFICANT, "a search could name it"
-    assert looks_quiet(structure)
+    assert structure.excess < LEVEL_ALLOWED
+    assert _outdone(bench, wrong, before) > 1.0
     assert not structure.is_noise
     assert examine(bench, right, before).is_noise, "fringes have that shape, with fewer parameters"
 
@@ -120,6 +121,33 @@ def test_columns_are_worth_the_orders_that_are_called_for(planted, base, white, 
     first, found, other = (worth(bench, solved, torch.cat([own, columns], dim=1)) for columns in (free[:, :1], free, mixed))
     assert first.evidence - math.log(2.0) - 1.0 < found.evidence, "and the noise may be chosen beside all of them"
     assert other == pytest.approx(found, abs=1e-3)
+
+
+def test_a_function_of_temperature_and_rate_has_every_product_of_them(runs, catalogue, base) -> None:
+    """Up to the fourth degree, beside what is of the temperature alone, whatever units they are in."""
+    bench = open_bench(runs(""), base, catalogue)
+    together = next(one for one in functions_of(bench, bench.solve(tuple(base))) if one.words == TOGETHER)
+    assert together.beside is not None
+    rates, temperatures = (torch.linspace(axis.low, axis.high, 9, dtype=torch.float64) for axis in (together.axis, together.beside))
+    rate, temperature = (one.flatten() for one in torch.meshgrid(rates, temperatures, indexing="ij"))
+    of_temperature = torch.stack([(temperature / 60).pow(i) for i in range(4)], dim=1)
+    columns = torch.cat([of_temperature, together.at(rate, temperature)], dim=1)
+    for i in range(4):
+        for j in range(1, 5 - i):
+            product = (temperature / 60).pow(i) * (rate / rates.abs().max()).pow(j)
+            left = product - columns @ torch.linalg.lstsq(columns, product.unsqueeze(1)).solution.squeeze(1)
+            assert float(left.norm() / product.norm()) < 1e-10, (i, j)
+
+
+@pytest.mark.parametrize("seed", [1, 2, 3])
+def test_temperature_times_the_square_of_the_rate_goes_with_both(planted, base, white, seed) -> None:
+    def product(run: Run, coil: Tensor) -> Tensor:
+        both = coil * torch.gradient(coil, spacing=(run.time,))[0].square()
+        return 1.5 * white * both / both.std()
+
+    bench = planted(product, seed)
+    found = {words: one.evidence for words, one in anywhere(bench, bench.solve(tuple(base))).items()}
+    assert max(found, key=lambda words: found[words]) == TOGETHER
 
 
 @pytest.mark.parametrize("seed", [1, 2, 3, 4, 5])

@@ -9,6 +9,7 @@ import torch
 from omegaconf import DictConfig, OmegaConf
 from rich.console import Console
 from rich.progress import track
+from rich.text import Text
 from torch import Generator, Tensor
 
 from zoo.artifacts import write_json, write_text
@@ -45,7 +46,7 @@ def run(config: DictConfig, out: Path) -> Path:
         raise InputError("nothing to compare: give runs=[FOLDER,…] of train or refine, or predictions={NAME: FILES}")
     models, skipped = find_entrants(given) if given else ([], [])
     if skipped:
-        Console(stderr=True).print(f"skipped, without a finished model: {', '.join(skipped)}", style="yellow", soft_wrap=True, highlight=False)
+        Console(stderr=True).print(Text(f"skipped, without a finished model: {', '.join(skipped)}"), style="yellow", soft_wrap=True, highlight=False)
     runs, check_runs = read_data(_with_trained_blocks(config, models))
     entrants = named([*models, *given_predictions(files, len(runs) + len(check_runs), config.data.columns.get("time"))])
     scored, stages = _scored(entrants, [*runs, *check_runs], device)

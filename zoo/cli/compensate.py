@@ -54,11 +54,11 @@ def run(config: DictConfig, out: Path) -> Path:
         compensator = _compensator(saved, device)
         passes = [Compensation(compensator, one, data["reference"], _average(data, saved), data["gap_s"]) for one in layouts]
         done = [_written(one, target) for one, target in zip(passes, targets, strict=True)]
-    known = [one.reference is not None or is_typed("data.reference") for one in layouts]
+    known = [one.reference is not None or data["reference"] != 0 or is_typed("data.reference") for one in layouts]
     facts = [_facts(*each, compensator) for each in zip(layouts, targets, done, known, strict=True)]
-    _draw(targets, layouts, done)
     model = {"path": str(saved.folder), "name": saved.kind}
     write_json(out / RESULT, {"schema_version": 1, "model": model, "files": facts})
+    _draw(targets, layouts, done)
     _print(facts)  # last: who reads it may have gone
     return targets[0] if len(targets) == 1 else out
 
@@ -73,10 +73,13 @@ def _layouts(data: dict[str, Any]) -> list[Layout]:
 
 
 def _targets(paths: Sequence[Path], out: Path) -> list[Path]:
-    """The new files: called as the old ones, with the folder's name before it where two are called alike."""
-    targets = [
-        out / f"{name.strip('/').replace('/', '_')}{path.name[-len(suffix(path)) :]}" for name, path in zip(run_names(paths), paths, strict=True)
-    ]
+    """The new files: called as the old ones, with the folder's name before it where two are called alike, and a number where that is not enough."""
+    targets: list[Path] = []
+    for name, path in zip(run_names(paths), paths, strict=True):
+        kind = path.name[-len(suffix(path)) :]
+        stem = name.removesuffix(kind).strip("/").replace("/", "_")
+        possible = (out / f"{stem}{number}{kind}" for number in ("", *(f"_{place}" for place in range(2, len(paths) + 1))))
+        targets.append(next(one for one in possible if one not in targets))
     there = {path.resolve() for path in paths}
     over = next((target for target in targets if target.resolve() in there), None)
     if over:
@@ -141,7 +144,8 @@ def _numbers(value: np.ndarray) -> dict[str, float] | None:
 
 
 def _draw(targets: list[Path], layouts: list[Layout], done: list[Tally]) -> None:
-    from zoo.report.compensation_figure import compensation_figure  # matplotlib takes a second to import: only once the work is done
+    from zoo.report.canvas import write_png  # matplotlib takes a second to import: only once the work is done
+    from zoo.report.compensation_figure import compensation_figure
     from zoo.report.palette import styled
 
     with styled():
@@ -149,7 +153,7 @@ def _draw(targets: list[Path], layouts: list[Layout], done: list[Tally]) -> None
             if len(tally.blocks) > 1:
                 name = target.name.removesuffix(suffix(target))
                 figure = compensation_figure(name, tally.blocks[:, 0] / 3600, tally.blocks[:, 1], tally.blocks[:, 2], symbol(one.unit))
-                figure.savefig(target.with_name(f"{name}.png"), dpi=100)
+                write_png(target.with_name(f"{name}.png"), figure)
 
 
 def _print(facts: list[dict[str, Any]]) -> None:

@@ -12,7 +12,7 @@ from rich.console import Console
 
 from zoo.catalog import MODEL_FILE, load_ranges
 from zoo.cli.inputs import read_data
-from zoo.cli.saved_models import SavedModel, find_model
+from zoo.cli.saved_models import SavedModel, find_model, fitted_runs, physical_values
 from zoo.errors import InputError
 from zoo.export.write import SCRIPT, write_export
 from zoo.measurements.run import Run
@@ -87,9 +87,9 @@ def _about(saved: SavedModel, runs: Sequence[Run]) -> dict[str, Any]:
         "settings": OmegaConf.to_container(OmegaConf.load(saved.folder / MODEL_FILE)),
         "formula": module.formula() or None,
         "effects": [name for name, _ in physics.named_effects()] if isinstance(physics, GrayBox) else [],
-        "physical": facts.get("physical") or facts.get("parameters"),
+        "physical": physical_values(facts),
         "trained_on": {
-            "runs": [one["run"] if isinstance(one, dict) else one for one in facts.get("runs", [])],
+            "runs": fitted_runs(facts),
             "sample_interval_s": _intervals(runs),
             **{key: facts.get(key) for key in TOLD},
             # Of many seeds, the one that is kept.

@@ -13,6 +13,7 @@ import torch
 from torch import Generator, Tensor
 
 from zoo.cli.methods import Method
+from zoo.cli.saved_models import fitted_runs
 from zoo.diagnosis.regions import regions
 from zoo.fitting.noise import blocks_of, noise_of
 from zoo.measurements.run import Run
@@ -119,6 +120,8 @@ class _Judged:
         self.method = method
         names = {seed: one.name for seed, one in sorted(method.members.items())}
         self.same = len(alike(scored.left, list(names.values()))) == 1
+        # One draw of a start that has others says nothing of those; one that has none is all there is.
+        self.lone = len(names) == 1 and next(iter(method.members.values())).facts.get("init") is not None
         self.names = dict(list(names.items())[:1]) if self.same else names
         self.values = {seed: scored.pooled(name) for seed, name in self.names.items()}
         self.median = float(torch.tensor(list(self.values.values()), dtype=torch.float64).quantile(0.5))
@@ -131,7 +134,7 @@ def _record(one: _Judged, scored: Scored, generator: Generator) -> dict[str, Any
     several = spread(torch.tensor(list(one.values.values()), dtype=torch.float64), generator)
     interval = several.interval if len(one.values) > 1 else rms_interval(left, scored.worth)
     facts = members[0].facts
-    fitted = {str(run.get("run")) for run in facts.get("runs") or [] if isinstance(run, dict)}
+    fitted = set(fitted_runs(facts))
     return {
         "name": one.method.name,
         "models": [member.name for member in members],
@@ -160,14 +163,14 @@ def _row(row: dict[str, Any], names: list[str], scored: Scored) -> dict[str, Any
 def _pair(first: _Judged, second: _Judged, scored: Scored, generator: Generator) -> dict[str, Any]:
     found = contest(first.values, second.values, generator)
     over_time = ratio_interval(scored.of(first.typical), scored.of(second.typical))
-    several = found.seeds > 1
-    same = found.ratio == 1 and not several and len(alike(scored.left, [first.typical, second.typical])) == 1
+    several = found.seeds > 1 and not (first.lone or second.lone)
+    same = _same(first, second, scored)
     interval = found.interval if several else over_time
     return {
         "first": first.method.name,
         "second": second.method.name,
-        "verdict": "same" if same or (several and found.ties == found.seeds) else _verdict(found.wins, found.seeds, several, interval, over_time),
-        "ratio": found.ratio,
+        "verdict": "same" if same else _verdict(found.wins, found.seeds, several, interval, over_time),
+        "ratio": 1.0 if same else found.ratio,
         "interval": None if interval is None else list(interval),
         "interval_over": None if interval is None else "seeds" if several else "time",
         "interval_over_time": None if over_time is None else list(over_time),
@@ -176,6 +179,13 @@ def _pair(first: _Judged, second: _Judged, scored: Scored, generator: Generator)
         "seeds": found.seeds if several else None,
         "paired": found.paired,
     }
+
+
+def _same(first: _Judged, second: _Judged, scored: Scored) -> bool:
+    """Whether both predict the same up to rounding, seed by seed where both have seeds."""
+    common = first.names.keys() & second.names.keys()
+    pairs = [(first.names[seed], second.names[seed]) for seed in common] if len(common) > 1 else [(first.typical, second.typical)]
+    return len(first.names) == len(second.names) and all(len(alike(scored.left, pair)) == 1 for pair in pairs)
 
 
 def _verdict(wins: int, seeds: int, several: bool, interval: tuple[float, float] | None, over_time: tuple[float, float] | None) -> str:

@@ -29,7 +29,7 @@ from zoo.measurements.run import Run
 from zoo.measurements.write import write_measurements
 from zoo.models.base import Model
 from zoo.models.prediction import predict_blocks, predict_blocks_of_each
-from zoo.papers.study import Claim, Row, Study
+from zoo.papers.study import Claim, Row, Study, seed_by_seed
 from zoo.processes import in_processes
 from zoo.progress import progress
 from zoo.scoring.stages import rms
@@ -59,7 +59,8 @@ def run(config: DictConfig, out: Path) -> Path:
     paper, console = importlib.import_module(config.paper), Console()
     runs, checks = read_data(config)
     others: OtherData = create(config.others) if "others" in config else {}
-    predicted: dict[str, list[Tensor]] = {}
+    floors = _floors(config, [*runs, *checks])
+    predicted: dict[str, dict[int, list[Tensor]]] = {}
     settings: dict[str, DictConfig] = {}
     for place, (name, own) in enumerate(config.methods.items(), 1):
         console.print(f"{place}/{len(config.methods)} {name}", highlight=False)
@@ -68,8 +69,8 @@ def run(config: DictConfig, out: Path) -> Path:
         predicted[str(name)] = _predicted(settings[str(name)], runs, checks, folder)
     elsewhere = _predicted_elsewhere(settings, others)
     apart = {data: Study.of([*fit, *check], len(fit), elsewhere[data]) for data, (fit, check) in others.items()}
-    study = Study.of([*runs, *checks], len(runs), predicted, apart)
-    rows, claims = paper.rows(study), paper.claims(study, _floors(config, study.runs))
+    study = Study.of([*runs, *checks], len(runs), seed_by_seed(predicted), apart)
+    rows, claims = paper.rows(study), paper.claims(study, floors)
     _write(study, rows, claims, config, out)
     _print(claims, console)
     return out / TABLE
@@ -82,15 +83,15 @@ def _composed(config: DictConfig, own: list[str]) -> DictConfig:
     return composed("train", [f"{GROUP}={paper}", f"seeds={config.seeds}", *given, *own], with_hydra=True)
 
 
-def _predicted(config: DictConfig, runs: Sequence[Run], checks: Sequence[Run], folder: Path) -> list[Tensor]:
-    """(E, N) predictions of all seeds of one method for every run."""
+def _predicted(config: DictConfig, runs: Sequence[Run], checks: Sequence[Run], folder: Path) -> dict[int, list[Tensor]]:
+    """(N,) predictions of one method for every run, by seed."""
     choices, config = config.hydra.runtime.choices, config.copy()
     with open_dict(config):
         del config["hydra"]
     trained(config, runs, checks, folder, choices)
-    members = [module for _, module in load_members(folder)] if config.seeds > 1 else [load_model(folder)]
-    models = cast(list[Model], members)
-    return [predict_blocks_of_each(models, one) for one in (*runs, *checks)]
+    members = load_members(folder) if config.seeds > 1 else [(int(config.seed), load_model(folder))]
+    predicted = [predict_blocks_of_each(cast(list[Model], [module for _, module in members]), one) for one in (*runs, *checks)]
+    return {seed: [one[place] for one in predicted] for place, (seed, _) in enumerate(members)}
 
 
 def _predicted_elsewhere(settings: Mapping[str, DictConfig], others: OtherData) -> dict[str, dict[str, list[Tensor]]]:
@@ -125,24 +126,32 @@ def _in_this_application(known: Any) -> None:
 
 
 def _floors(config: DictConfig, runs: Sequence[Run]) -> list[float]:
-    """RMS of the noise of every run's block means [output's unit]: recorded less what a gyro without noise would have shown."""
+    """RMS of the noise of every run's block means [output's unit]: recorded less what a gyro without noise would have shown.
+
+    Raises:
+        InputError: the runs are none that `fogzoo` has simulated.
+    """
     quiet = config.copy()
     with open_dict(quiet):
         for key in ("files", "check_files"):
             quiet.data[key] = [f"{NOISELESS}{name}" for name in config.data[key]]
-    known = [one for part in read_data(quiet) for one in part]
+    try:
+        known = [one for part in read_data(quiet) for one in part]
+    except InputError as error:
+        raise InputError(f"a paper's experiment needs runs whose noise is known, as data=… of a paper simulates them: {error}") from error
     return [rms(one.block_mean(one.error) - true.block_mean(true.error)) for one, true in zip(runs, known, strict=True)]
 
 
 def _write(study: Study, rows: list[Row], claims: list[Claim], config: DictConfig, out: Path) -> None:
     # Matplotlib takes a second to import: only here, once the work is done.
+    from zoo.report.canvas import write_png
     from zoo.report.palette import styled
     from zoo.report.paper_figures import table_text
 
     folder, paper = writable_folder(out / FIGURES), importlib.import_module(config.paper)
     with styled():
         for name, figure in importlib.import_module(config.get("figures", "zoo.report.drift_figures")).figures(study, rows).items():
-            figure.savefig(folder / f"{name}.png", dpi=100)
+            write_png(folder / f"{name}.png", figure)
     write_text(out / TEXT, table_text(rows, claims, str(paper.__doc__).strip().splitlines()[0], getattr(paper, "REMARKS", ())))
     write_measurements(out / TABLE, pd.DataFrame([row.record() for row in rows]).rename(columns={"low": "ours_low", "high": "ours_high"}))
 

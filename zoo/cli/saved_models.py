@@ -93,6 +93,7 @@ def model_folders(pattern: str, key: str, files: tuple[str, ...]) -> list[Path]:
 
 def tops(pattern: str) -> list[Path]:
     """The folders that a pattern names, or that hold the files that it names."""
+    pattern = str(Path(pattern).expanduser())
     matches = sorted((Path(path) for path in glob.glob(pattern, recursive=True)), key=_natural)  # noqa: PTH207 (Path.glob takes no absolute pattern)
     return list(dict.fromkeys(path.parent if path.is_file() else path for path in matches or [Path(pattern)]))
 
@@ -109,14 +110,31 @@ def _natural(path: Path) -> list[tuple[int, str]]:
 
 
 def load_saved(folder: Path) -> SavedModel:
-    """The model in a folder, and what the result file beside it says."""
+    """The model in a folder, and what the result file beside it says.
+
+    Raises:
+        InputError: there is none, or one of its files is damaged.
+    """
     facts: dict[str, Any] = {}
-    for name in RESULTS:
-        if (folder / name).is_file():
-            facts |= json.loads((folder / name).read_text(encoding="utf-8"))
+    for path in [folder / name for name in RESULTS if (folder / name).is_file()]:
+        try:
+            facts |= json.loads(path.read_text(encoding="utf-8"))
+        except (ValueError, TypeError) as error:
+            raise InputError(f"{path}: damaged ({error}); run the command that wrote it again") from error
     module = cast(Model, load_model(folder))
     kind = str(facts.get("model") or type(module).__name__.lower())
     return SavedModel(kind, kind, folder, module, facts)
+
+
+def fitted_runs(facts: dict[str, Any]) -> list[str]:
+    """The runs that a model was fitted to: `train` lists them with their numbers, `refine` by name."""
+    return [str(one["run"] if isinstance(one, dict) else one) for one in facts.get("runs") or []]
+
+
+def physical_values(facts: dict[str, Any]) -> dict[str, Any] | None:
+    """Fitted values of physical effects, by effect; None where there are none. Under ``parameters`` `refine` has them, and `train` a count."""
+    found = facts.get("physical") or facts.get("parameters")
+    return found if isinstance(found, dict) else None
 
 
 def distinct_names(models: Sequence[Named]) -> list[str]:

@@ -133,7 +133,7 @@ def tell_failed(outcomes: Mapping[Path, Outcome]) -> None:
     table = Table("job", "settings", "why", title=f"{len(failed)} of {len(outcomes)} jobs failed")
     for folder, one in list(failed.items())[:MOST]:
         told = _settings(one)
-        table.add_row(str(folder), escape(" ".join(f"{key}={told[key]}" for key in differing if key in told)), escape(_why(one)))
+        table.add_row(escape(str(folder)), escape(" ".join(f"{key}={told[key]}" for key in differing if key in told)), escape(_why(one)))
     console = Console(stderr=True)
     console.print(table)
     if len(failed) > MOST:

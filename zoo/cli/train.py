@@ -158,6 +158,7 @@ def _draw(out: Path, model: Model, runs: Sequence[Run]) -> None:
     from torch.utils.tensorboard import SummaryWriter
 
     from zoo.models.prediction import predict_blocks
+    from zoo.report.canvas import write_png
     from zoo.report.palette import styled
     from zoo.report.prediction_figure import Prediction, prediction_figure
 
@@ -167,7 +168,7 @@ def _draw(out: Path, model: Model, runs: Sequence[Run]) -> None:
         curves.append(Prediction(one.name, hours.numpy(), error.numpy(), predicted.numpy()))
     with styled(), SummaryWriter(str(out / EVENTS)) as board:
         figure = prediction_figure(curves, symbol(runs[0].unit))
-        figure.savefig(out / "prediction.png", dpi=100)
+        write_png(out / "prediction.png", figure)
         board.add_figure("prediction", figure)
 
 
@@ -177,7 +178,7 @@ def _print(metrics: dict[str, Any]) -> None:
     table = Table("run", "used for", "uncompensated", str(metrics["model"]), title=escape(title))
     for use in ("runs", "check_runs"):
         for one in metrics[use]:
-            table.add_row(one["run"], "fit" if use == "runs" else "check", f"{one['uncompensated']:.4g}", f"{one['rms']:.4g}")
+            table.add_row(escape(one["run"]), "fit" if use == "runs" else "check", f"{one['uncompensated']:.4g}", f"{one['rms']:.4g}")
     console.print(table)
     if "members" in metrics:
         _print_members(console, metrics)

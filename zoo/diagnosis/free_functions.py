@@ -12,8 +12,7 @@ from zoo.diagnosis.quantities import FLAT, RATE, TEMPERATURE, Quantity, quantiti
 from zoo.diagnosis.workbench import Freed, Solved, Workbench
 from zoo.fitting.projection import project
 
-ORDER = 6
-JOINT_ORDER = 3
+ORDER, JOINT_DEGREE = 6, 4
 BY_CHANCE = 2.0
 """Standard deviations of χ² that columns may gain without a look at whether another noise would suit them better."""
 TOGETHER = "the coil's temperature and its rate together"
@@ -72,14 +71,14 @@ class FreeFunction:
 def free_functions(bench: Workbench, solved: Solved) -> dict[str, Tensor]:
     """Columns of a free function of each quantity, by what it depends on in words.
 
-    One quantity: Chebyshev polynomials of order 1 to 6. Temperature and rate together: products of orders 1 to 3.
+    One quantity: Chebyshev polynomials of order 1 to 6. Temperature and rate together: products up to the fourth degree in which the rate is.
 
     Args:
         bench: the runs.
         solved: the model whose places the quantities are taken at.
 
     Returns:
-        (N, 6) or (N, 9) block means each.
+        (N, 6) or (N, 10) block means each.
     """
     return {free.words: free.columns for free in functions_of(bench, solved)}
 
@@ -109,10 +108,12 @@ def _means(bench: Workbench, axis: Axis, beside: Axis | None) -> Tensor:
 
 
 def _columns(axis: Axis, beside: Axis | None, values: Tensor, temperatures: Tensor | None) -> Tensor:
-    """(M, 6), or for two quantities (M, 9)."""
+    """(M, 6), or for two quantities (M, 10), lower degrees first."""
     if beside is None or temperatures is None:
         return axis.chebyshev(values, ORDER)
-    return (beside.chebyshev(temperatures, JOINT_ORDER).unsqueeze(2) * axis.chebyshev(values, JOINT_ORDER).unsqueeze(1)).flatten(1)
+    one, other = axis.chebyshev(values, JOINT_DEGREE), beside.chebyshev(temperatures, JOINT_DEGREE - 1)
+    other = torch.cat([torch.ones_like(one[:, :1]), other], dim=1)
+    return torch.stack([other[:, of_it] * one[:, degree - of_it - 1] for degree in range(1, JOINT_DEGREE + 1) for of_it in range(degree)], dim=1)
 
 
 def weigh(bench: Workbench, solved: Solved, free: Tensor, beside: Tensor | None = None) -> tuple[float, float]:

@@ -4,20 +4,17 @@ from __future__ import annotations
 
 import math
 
-import torch
 from torch import Tensor
 
 from zoo.diagnosis.form_words import number
 from zoo.diagnosis.moments import moments, rarity
 from zoo.diagnosis.swings import swings
+from zoo.diagnosis.switching import switching
 from zoo.diagnosis.workbench import Solved, Workbench
 from zoo.units import symbol
 
-TWO_LEVELS = 0.24
-"""Share of the variance that two levels may leave; they leave 0.36 of a Gaussian's (1 − 2/π) and 0.25 of what is anywhere between two bounds."""
-SWITCHED = 0.5
-"""Part of the way from the middle to the other level beyond which it has switched: noise around the middle is no switch."""
-ROUNDS = 20
+FAR_AHEAD = 5.0
+"""Evidence of two levels over that of a band: a sine has them half as well (1.1 to 2.6 found), what jumps has no band to speak of (18 and more)."""
 SECONDS_PER_MINUTE = 60.0
 
 
@@ -25,43 +22,19 @@ def restless(bench: Workbench, solved: Solved) -> str:
     """How the residual of a model comes and goes, in a sentence: between two levels, at few moments, in a band of periods, or at random."""
     parts = list(solved.residual.split([run.blocks for run in bench.runs]))
     step, unit = bench.runs[0].average_s, symbol(bench.runs[0].unit)
-    low, high, left = two_levels(solved.residual)
-    if left < TWO_LEVELS:
-        middle, half = 0.5 * (low + high), 0.5 * (high - low)
-        dwell = dwell_time([(part - middle) / half for part in parts]) * step
-        return f"It comes and goes at random: two levels {number(high - low, 2)} {unit} apart, switching every {_minutes(dwell)} on average."
+    levels, band = switching(bench, solved), swings(bench, solved)
+    if levels.matters and not (band.matters and levels.evidence < FAR_AHEAD * band.evidence):
+        apart, dwell = number(levels.apart, 2), _minutes(levels.dwell_s)
+        return f"It comes and goes at random: two levels {apart} {unit} apart, switching every {dwell} on average."
     found = moments(bench, solved)
     if found and rarity(bench, solved) > 1.0:
         return f"It happens at few moments: {_told(found)}."
-    band = swings(bench, solved)
     if band.matters:
         return f"It swings, with no period that stays: every {' to '.join(_minutes(period) for period in band.periods_s)}."
     blocks = correlation_time(parts)
     if blocks <= 1.0:
         return f"It is new in every block of {number(step)} s: noise of another level or with outliers, rather than an effect."
     return f"It wanders: values {_minutes(blocks * step)} apart are hardly related, and none is preferred."
-
-
-def two_levels(values: Tensor) -> tuple[float, float, float]:
-    """Lower and upper level that leave least of values (N,), and the share of the variance that they leave (two means; Lloyd 1982)."""
-    low, high = values.quantile(0.1), values.quantile(0.9)
-    for _ in range(ROUNDS):
-        upper = values > 0.5 * (low + high)
-        if upper.all() or not upper.any():
-            return float(low), float(high), 1.0
-        low, high = values[~upper].mean(), values[upper].mean()
-    upper = values > 0.5 * (low + high)
-    left = (values - torch.where(upper, high, low)).square().mean() / values.var(correction=0)
-    return float(low), float(high), float(left)
-
-
-def dwell_time(parts: list[Tensor]) -> float:
-    """Mean stay on one of the levels −1 and 1, in samples."""
-    switches = 0
-    for part in parts:
-        clear = part[part.abs() > SWITCHED].sign()
-        switches += int((clear[1:] != clear[:-1]).sum())
-    return sum(len(part) for part in parts) / (switches + len(parts))
 
 
 def correlation_time(parts: list[Tensor]) -> float:

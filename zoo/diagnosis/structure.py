@@ -11,6 +11,7 @@ from zoo.diagnosis.free_functions import anywhere, free_functions, weigh
 from zoo.diagnosis.moments import kurtosis, prominence, rarity
 from zoo.diagnosis.quantities import CLOCK, by_the_clock, inputs_of
 from zoo.diagnosis.swings import BAND, swings
+from zoo.diagnosis.switching import TWO_LEVELS, switching
 from zoo.diagnosis.workbench import QUIET, Freed, Solved, Workbench
 from zoo.fitting.projection import project
 
@@ -81,11 +82,11 @@ def examine(bench: Workbench, final: Solved, base: Solved) -> Structure:
     """Test the residual of a model against noise, absolutely.
 
     Noise means that the likeliest mixture of white, flicker and random walk within what gyros have reaches χ²/dof = 1, within what the noise level is
-    uncertain by, that the steps of a large random walk are normal and nothing happens at few moments, that what this mixture predicts from the past
-    leaves no spectral line or band, and that no smooth function of temperature, rate, time or a recorded input explains a material share. Where
-    effects were added to `base`, a small part of what they explained may remain, for a catalogue's form is never nature's; and no smooth function of
-    one quantity alone, at whatever coil, may have more evidence than they have, for a right form needs fewer parameters. Where none were, neither may
-    noise and a bent coil stand for one.
+    uncertain by, that the steps of a large random walk are normal and nothing happens at few moments or switches between two levels, that what
+    this mixture predicts from the past leaves no spectral line or band, and that no smooth function of temperature, rate, time or a recorded input
+    explains a material share. Where effects were added to `base`, a small part of what they explained may remain, for a catalogue's form is never
+    nature's; and no smooth function of one quantity alone, at whatever coil, may have more evidence than they have, for a right form needs fewer
+    parameters. Where none were, neither may noise and a bent coil stand for one.
 
     Args:
         bench: the runs.
@@ -102,8 +103,9 @@ def examine(bench: Workbench, final: Solved, base: Solved) -> Structure:
     wave = 0.0 if line is None else line.evidence / LINE
     if line is not None and forgiven > 0:
         wave = min(wave, line.explains * (1.0 + excess) / forgiven)
-    band = swings(bench, final)
-    wave = max(wave, min(band.evidence / BAND, band.share * (1.0 + excess) / forgiven if forgiven > 0 else math.inf))
+    band, levels = swings(bench, final), switching(bench, final)
+    for strength, share in ((band.evidence / BAND, band.share), (levels.evidence / TWO_LEVELS, levels.share)):
+        wave = max(wave, min(strength, share * (1.0 + excess) / forgiven if forgiven > 0 else math.inf))
     strain = max(0.0, level, shape, wave, _jumps(bench, final, final.names == base.names, forgiven), _outdone(bench, final, base))
     if strain <= 1.0 and final.names == base.names:
         strain = max(strain, _bent_to(bench, base))

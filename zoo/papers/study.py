@@ -10,6 +10,7 @@ from typing import Any
 import torch
 from torch import Tensor
 
+from zoo.errors import WorkError
 from zoo.measurements.run import Run
 
 BEFORE = "uncompensated"
@@ -94,6 +95,27 @@ class Study:
     def methods(self) -> list[str]:
         """Their names, without `BEFORE`."""
         return [name for name in self.left if name != BEFORE]
+
+
+def seed_by_seed(predicted: Mapping[str, Mapping[int, Sequence[Tensor]]]) -> dict[str, list[Tensor]]:
+    """Predictions (E, N) by method and run, of the seeds that all methods of several have: one with which a training failed is left out of all.
+
+    Args:
+        predicted: (N,) for every run, by method and seed.
+
+    Raises:
+        WorkError: there is no such seed.
+    """
+    several = [set(seeds) for seeds in predicted.values() if len(seeds) > 1]
+    common = sorted(set.intersection(*several)) if several else []
+    if several and not common:
+        raise WorkError("no seed with which every method's training came to an end")
+
+    def stacked(seeds: Mapping[int, Sequence[Tensor]]) -> list[Tensor]:
+        kept = [seeds[seed] for seed in common] if len(seeds) > 1 else list(seeds.values())
+        return [torch.stack(run) for run in zip(*kept, strict=True)]
+
+    return {name: stacked(seeds) for name, seeds in predicted.items()}
 
 
 Measure = Callable[[Tensor], Tensor]

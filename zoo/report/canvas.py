@@ -9,10 +9,13 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from markupsafe import Markup, escape
 
+from zoo.artifacts import replacing
 from zoo.report.gaps import interrupted
 from zoo.report.palette import INK
 
 if TYPE_CHECKING:
+    from pathlib import Path
+
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
@@ -94,3 +97,14 @@ def png(figure: Figure, dpi: int = 90) -> bytes:
     stream = io.BytesIO()
     figure.savefig(stream, format="png", dpi=dpi, facecolor="white", pil_kwargs={"compress_level": 2})
     return stream.getvalue()
+
+
+def write_png(path: Path, figure: Figure) -> None:
+    """A figure as an image file, whole or not at all.
+
+    Raises:
+        InputError: the folder cannot be written to.
+        WorkError: writing failed half-way.
+    """
+    with replacing(path) as part:
+        part.write_bytes(png(figure))

@@ -5,8 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from zoo.artifacts import replacing
-from zoo.report.canvas import png
+from zoo.report.canvas import write_png
 from zoo.report.comparison_page import scale_of, seeds_drawn, stages_drawn
 from zoo.report.palette import styled
 from zoo.report.run_figure import Curves, run_figure
@@ -38,8 +37,7 @@ def write_comparison_events(out: Path, document: dict[str, Any], curves: list[Cu
         for one in curves[:IMAGES]:
             figures[f"residual_{one.run}"] = run_figure(one, document["noise_floors"][one.run], scale)
         for name, figure in figures.items():
-            with replacing(out / f"{name.replace('/', '_')}.png") as path:
-                path.write_bytes(png(figure))
+            write_png(out / f"{name.replace('/', '_')}.png", figure)
             add_image(board, name, figure)
         for name, value in document["rms"].items():
             board.add_scalar(f"rms/{name}", value)
