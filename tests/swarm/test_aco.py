@@ -69,5 +69,5 @@ def test_what_nobody_ever_picks_is_not_ranked() -> None:
 
 @pytest.mark.parametrize("setting", [{"archive": 1}, {"locality": 0.0}, {"deviation": -0.1}])
 def test_what_makes_no_colony_is_refused(setting: dict[str, float]) -> None:
-    with pytest.raises(InputError, match=rf"init\.{next(iter(setting))}="):
+    with pytest.raises(InputError, match=rf"^{next(iter(setting))}="):
         aco.init(LOW, HIGH, 3, generator(), **setting)

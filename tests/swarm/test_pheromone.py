@@ -53,5 +53,5 @@ def test_a_move_is_kept_only_if_it_is_better() -> None:
 
 @pytest.mark.parametrize("name", ["evaporation", "threshold", "local"])
 def test_what_is_no_share_is_refused(name: str) -> None:
-    with pytest.raises(InputError, match=rf"init\.{name}=1.5: 0 to 1"):
+    with pytest.raises(InputError, match=rf"^{name}=1.5: a number from 0 to 1"):
         pheromone.init(LOW, HIGH, 3, generator(), **{name: 1.5})

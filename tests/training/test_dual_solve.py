@@ -12,7 +12,7 @@ from zoo.measurements.run import Run
 from zoo.models.bp import BP
 from zoo.models.ls_svm import LsSvm, gaussians
 from zoo.models.prediction import block_features, predict_blocks
-from zoo.training.dual_solve import DualSolve, exact_solve
+from zoo.training.dual_solve import BLOCK, DualSolve, _folds, exact_solve
 from zoo.training.least_squares import LeastSquares
 from zoo.training.leave_out import Dual
 from zoo.training.nystrom import landmarks, nystrom_solve
@@ -113,6 +113,16 @@ def truth(run: Run, bend: float) -> Tensor:
     model = LsSvm(FEATURES)
     features = block_features(model, run)
     return 0.3 + 0.02 * features[:, 0] - 0.15 * features[:, 1] + bend * run.block_mean(torch.tanh(run.temperature / 20))
+
+
+def test_a_single_block_is_left_out_sample_by_sample() -> None:
+    """All of it at once would leave nothing to fit."""
+    assert _folds("block", [BLOCK]) is None
+    assert _folds("block", [0, BLOCK - 1]) is None
+    assert (found := _folds("block", [BLOCK, 2])) is not None
+    assert len(found.unique()) == 2
+    assert (found := _folds("block", [BLOCK + 1])) is not None
+    assert len(found.unique()) == 2
 
 
 @pytest.mark.parametrize("folds", ["sample", "block"])

@@ -6,6 +6,7 @@ from functools import partial
 
 import pytest
 import torch
+from tensorboard.backend.event_processing.event_accumulator import EventAccumulator
 from torch import Generator
 
 from zoo.errors import InputError, WorkError
@@ -15,6 +16,7 @@ from zoo.models.prediction import predict_blocks
 from zoo.swarm import aco, pheromone, pso
 from zoo.training.checkpoints import CHECKPOINT
 from zoo.training.least_squares import LeastSquares
+from zoo.training.levenberg_marquardt import LevenbergMarquardt
 from zoo.training.members import read_members
 from zoo.training.problem import Problem
 from zoo.training.random_init import RandomInit
@@ -133,6 +135,25 @@ def test_an_ensemble_resumes_to_where_an_uninterrupted_one_ends(make_run, tmp_pa
     assert metrics["epochs"] < 90
     with pytest.raises(InputError, match="another model"):
         begin(BP(FEATURES), epochs=90, resume=tmp_path / "part" / CHECKPOINT, out=tmp_path / "again", seeds=3)
+
+
+@pytest.mark.parametrize(("optimizer", "lower"), [(ADAM, 0.004), (LevenbergMarquardt(), 1e-5)], ids=["adam", "levenberg_marquardt"])
+def test_who_has_reached_a_goal_goes_on_to_a_lower_one(make_run, tmp_path, optimizer, lower) -> None:
+    model, run = BP(FEATURES), make_run(bend=0.5)
+    begin = partial(train, model, [run], optimizer=optimizer, seeds=3)
+    first = begin(goal=0.05, epochs=100, out=tmp_path / "first")
+    again = begin(goal=lower, epochs=200, resume=tmp_path / "first" / CHECKPOINT, out=tmp_path / "again")
+    scale = Problem.of_runs(model, [run]).scale
+    losses = [[(rms / scale) ** 2 for rms in one["members"]["rms"]] for one in (first, again)]
+    assert lower < min(losses[0]) <= max(losses[0]) < 0.05
+    assert all(later < before for before, later in zip(*losses, strict=True))
+
+
+def test_members_trained_one_after_another_leave_one_curve(make_run, tmp_path) -> None:
+    lbfgs = partial(torch.optim.LBFGS, max_iter=5)
+    train(BP(FEATURES), [make_run(bend=0.5)], optimizer=lbfgs, seeds=3, epochs=8, out=tmp_path)
+    events = EventAccumulator(str(tmp_path / "tensorboard")).Reload()
+    assert [point.step for point in events.Scalars("loss/fit")] == list(range(1, 9))
 
 
 def test_losses_are_the_squared_error_over_the_variance_in_any_shape(make_run) -> None:

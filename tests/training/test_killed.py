@@ -47,7 +47,11 @@ def record(folder: Path) -> Path:
     return recording
 
 
-@pytest.mark.parametrize("more", [["epochs=1500"], ["epochs=800", "seeds=3", "init=pso", "init.steps=5"]], ids=["alone", "ensemble"])
+@pytest.mark.parametrize(
+    "more",
+    [["epochs=1500"], ["epochs=800", "seeds=3", "init=pso", "init.steps=5"], ["epochs=300", "batch_size=40"]],
+    ids=["alone", "ensemble", "batches"],
+)
 def test_the_same_command_ends_where_it_would_have(tmp_path, more) -> None:
     recording = record(tmp_path)
     for name in ("whole", "killed"):
@@ -80,3 +84,29 @@ def test_an_end_at_a_time_limit_is_told_and_leaves_a_checkpoint(tmp_path) -> Non
     assert "Traceback" not in errors
     assert not (out / "metrics.json").exists()
     assert torch.load(out / "last.ckpt", weights_only=True)["finished"] is False
+
+
+ONE_BY_ONE = ["optimizer=lbfgs", "seeds=3"]
+"""Seeds whose steps depend on all weights of one: they are trained one after another."""
+
+
+def test_seeds_that_are_trained_one_after_another_begin_again_after_a_kill(tmp_path) -> None:
+    """The checkpoint is that of one of them, from which the command cannot go on."""
+    recording, out = record(tmp_path), tmp_path / "out"
+    command = [*ONE_BY_ONE, "epochs=150"]
+    process = begin(out, recording, command)
+    end_after_a_checkpoint(process, out, signal.SIGKILL)
+    process.wait()
+    printed, errors = begin(out, recording, command).communicate(timeout=120)
+    assert "going on from" not in printed
+    assert json.loads((out / "metrics.json").read_text())["members"]["seeds"] == [1, 2, 3], errors
+
+
+def test_a_time_limit_ends_all_seeds_and_not_one(tmp_path) -> None:
+    recording, out = record(tmp_path), tmp_path / "out"
+    process = begin(out, recording, [*ONE_BY_ONE, "epochs=5000"])
+    end_after_a_checkpoint(process, out, signal.SIGTERM)
+    _, errors = process.communicate(timeout=60)
+    assert process.returncode == 1
+    assert "time limit" in errors
+    assert not (out / "metrics.json").exists()

@@ -1,7 +1,9 @@
 """Training as a whole: what it writes, that it repeats, goes on, and gets better."""
 
 import logging
+from dataclasses import replace
 from functools import partial
+from pathlib import Path
 
 import pytest
 import torch
@@ -13,7 +15,7 @@ from zoo.measurements.datamodule import Prebatched, RunsDataModule
 from zoo.models.base import Model
 from zoo.models.bp import BP
 from zoo.models.polynomial import Polynomial
-from zoo.models.prediction import block_features
+from zoo.models.prediction import block_features, usable_device
 from zoo.swarm import pso
 from zoo.training.checkpoints import CHECKPOINT
 from zoo.training.least_squares import LeastSquares
@@ -62,15 +64,15 @@ def test_the_global_random_state_is_left_alone(make_run, tmp_path) -> None:
 
 
 @pytest.mark.parametrize("init", [RandomInit, swarm])
-@pytest.mark.parametrize("first", [50, 30])
-def test_a_checkpoint_resumes_to_where_an_uninterrupted_training_ends(make_run, tmp_path, init, first) -> None:
+@pytest.mark.parametrize(("first", "batch_size"), [(50, None), (30, None), (50, 40), (30, 40)])
+def test_a_checkpoint_resumes_to_where_an_uninterrupted_training_ends(make_run, tmp_path, init, first, batch_size) -> None:
     runs = [make_run(bend=0.5)]
     whole, part = BP(FEATURES), BP(FEATURES)
-    train(whole, runs, optimizer=ADAM, init=init(), epochs=100, out=tmp_path)
-    train(part, runs, optimizer=ADAM, init=init(), epochs=first, out=tmp_path)
+    train(whole, runs, optimizer=ADAM, init=init(), epochs=100, batch_size=batch_size, out=tmp_path)
+    train(part, runs, optimizer=ADAM, init=init(), epochs=first, batch_size=batch_size, out=tmp_path)
     assert not torch.equal(weight_vector(part), weight_vector(whole))
     again = BP(FEATURES)
-    metrics = train(again, runs, optimizer=ADAM, init=init(), epochs=100, resume=tmp_path / CHECKPOINT, out=tmp_path)
+    metrics = train(again, runs, optimizer=ADAM, init=init(), epochs=100, batch_size=batch_size, resume=tmp_path / CHECKPOINT, out=tmp_path)
     assert metrics["epochs"] == 100
     torch.testing.assert_close(weight_vector(again), weight_vector(whole), rtol=1e-9, atol=1e-12)
 
@@ -97,6 +99,37 @@ def test_a_checkpoint_that_does_not_fit_is_refused(make_run, tmp_path) -> None:
         again(BP(FEATURES), optimizer=ADAM, epochs=5)
     with pytest.raises(InputError, match="cannot be read"):
         train(BP(FEATURES), runs, optimizer=ADAM, epochs=10, out=tmp_path, resume=tmp_path / "text")
+
+
+@pytest.mark.parametrize(
+    ("settings", "words"),
+    [
+        ({"goal": 1e-3, "batch_size": 5}, "goal=0.001 is of the loss over all blocks"),
+        ({"seed": 2**70}, "seed=.*a whole number from 0 to 9"),
+        ({"epochs": 2.5}, r"epochs=2\.5: a whole number from 1 up"),
+        ({"optimizer": LeastSquares(), "batch_size": 5}, "batch_size: LeastSquares solves in one go"),
+        ({"optimizer": LeastSquares(), "resume": Path("last.ckpt")}, "resume: LeastSquares solves in one go"),
+    ],
+)
+def test_settings_that_make_no_training_are_refused(make_run, tmp_path, settings, words) -> None:
+    with pytest.raises(InputError, match=words):
+        train(Polynomial(FEATURES), [make_run()], **{"optimizer": ADAM, **settings}, out=tmp_path)
+
+
+@pytest.mark.parametrize("level", [0.0, 0.1, -3e5])
+def test_an_error_that_never_changes_is_learnt(make_run, tmp_path, level) -> None:
+    """Rounding makes a standard deviation of 1e-17 of it, which is no unit of a loss."""
+    run = make_run()
+    constant = replace(run, error=torch.full_like(run.error, level))
+    metrics = train(BP(FEATURES), [constant], optimizer=ADAM, epochs=300, out=tmp_path)
+    assert metrics["loss"] < 1e-3
+    assert metrics["rms"] < 0.05
+
+
+@pytest.mark.parametrize("name", ["tpu", "cpu:abc", "cuda:x", "cuda:99", ""])
+def test_a_device_that_is_not_there_is_told(name) -> None:
+    with pytest.raises(InputError, match=f"torch_device={name}: .*possible: cpu"):
+        usable_device(name)
 
 
 def test_the_number_of_threads_is_put_back(make_run, tmp_path) -> None:

@@ -86,6 +86,26 @@ def test_one_step_solves_what_is_linear(make_run) -> None:
     torch.testing.assert_close(state.weights[0], weight_vector(model), rtol=1e-6, atol=1e-6)
 
 
+@pytest.mark.parametrize(
+    ("settings", "words"),
+    [
+        ({"particles": 0}, "particles=0: a whole number from 1 up"),
+        ({"particles": 2.5}, r"particles=2\.5: a whole number"),
+        ({"steps": 0}, "steps=0: a whole number from 1 up"),
+        ({"reach": "far"}, "reach=far: a number from"),
+        ({"archive": 2.5}, r"archive=2\.5: a whole number from 2 up"),
+        ({"locality": "abc"}, "locality=abc: a number"),
+        ({"warmth": 1}, "warmth: no setting of this swarm"),
+    ],
+)
+def test_settings_that_make_no_swarm_are_told_as_they_were_typed(make_run, tmp_path, settings, words) -> None:
+    model, runs, given = BP(FEATURES), [make_run()], {"particles": 3, "steps": 2} | settings
+    with pytest.raises(InputError, match=rf"^optimizer\.{words}"):
+        train(model, runs, optimizer=SwarmFit(aco, **given), out=tmp_path)
+    with pytest.raises(InputError, match=rf"^init\.{words}"):
+        train(model, runs, optimizer=LevenbergMarquardt(), init=SwarmInit(aco, **given), out=tmp_path)
+
+
 def test_a_swarm_comes_close_to_what_is_solved(make_run, tmp_path) -> None:
     runs = [make_run(noise=0.02)]
     solved = train(Polynomial(FEATURES, 2, 2), runs, optimizer=LeastSquares(), out=tmp_path)

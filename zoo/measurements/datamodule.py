@@ -18,13 +18,20 @@ class Prebatched:
     """Batches that are there already, pass after pass: a sampler and a collate function would cost more than a step of a small net.
 
     With `batch_size` None, every batch is the whole set; else each pass is shuffled anew. With several generators, each belongs to a member of an
-    ensemble, which gets batches of its own: (E, B, F) features and (E, B) errors.
+    ensemble, which gets batches of its own: (E, B, F) features and (E, B) errors. Where `begun` batches were seen before, by a training that goes on,
+    the first round is what is left of the one that was broken off, in the order that it would have had.
     """
 
     def __init__(
-        self, batch: Batch, passes: int = 1, batch_size: int | None = None, generator: Generator | Sequence[Generator] | None = None
+        self,
+        batch: Batch,
+        passes: int = 1,
+        batch_size: int | None = None,
+        generator: Generator | Sequence[Generator] | None = None,
+        begun: int = 0,
     ) -> None:
         self.batch = batch
+        self.begun = begun
         self.passes = passes
         self.size = min(batch_size or len(batch[1]), len(batch[1]))
         self.generator = generator
@@ -46,18 +53,24 @@ class Prebatched:
 
     def __iter__(self) -> Iterator[Batch]:
         features, error = self.batch
-        for _ in range(self.passes):
+        (over, seen), self.begun = divmod(self.begun, self.batches_per_pass), 0
+        if self.batches_per_pass > 1:
+            for _ in range(over):
+                self._order()
+        for _ in range(self.passes - over % self.passes):
             if self.batches_per_pass == 1:
                 yield self.batch
                 continue
-            for index in self._order().to(error.device).split(self.size, dim=-1):
+            for index in self._order().to(error.device).split(self.size, dim=-1)[seen:]:
                 yield features[index], error[index]
+            seen = 0
 
 
 class RunsDataModule(LightningDataModule):
     """Runs to fit and runs only to check on, as (features, error) block means.
 
     Attributes:
+        begun: batches that were seen before, where a training goes on.
         fitted: (M, F) features and (M,) errors [output's unit] of all runs to fit.
         checked: the same of the runs to check on; None where there are none.
     """
@@ -90,7 +103,7 @@ class RunsDataModule(LightningDataModule):
             raise InputError("data.files: no block means to train on; check data.average_s against the length of the runs")
         self.fitted = _stacked(runs, features)
         self.checked = _stacked(check_runs, features) if check_runs else None
-        self.passes, self.batch_size, self.generator = passes, batch_size, generator
+        self.passes, self.batch_size, self.generator, self.begun = passes, batch_size, generator, 0
 
     def setup(self, stage: str) -> None:
         """Move the data to the trainer's device, once instead of every step."""
@@ -102,7 +115,7 @@ class RunsDataModule(LightningDataModule):
 
     def train_dataloader(self) -> Prebatched:
         """Batches of the fitted runs."""
-        return Prebatched(self.fitted, self.passes, self.batch_size, self.generator)
+        return Prebatched(self.fitted, self.passes, self.batch_size, self.generator, self.begun)
 
     def val_dataloader(self) -> Prebatched | list[Batch]:
         """One batch with all check runs, or nothing."""

@@ -4,7 +4,7 @@ from typing import ClassVar
 
 from torch import Tensor, cat, float64, nn, ones_like, sigmoid
 
-from zoo.errors import InputError
+from zoo.errors import check_number
 from zoo.models.base import FeatureModel
 from zoo.models.features import Features
 from zoo.models.scaler import Scaler
@@ -21,8 +21,7 @@ class BP(FeatureModel):
 
     def __init__(self, features: list[str], hidden: int = 9, smoothing_s: float = SMOOTHING_S) -> None:
         super().__init__()
-        if hidden < 1:
-            raise InputError(f"model.hidden={hidden}: at least 1 node is needed")
+        check_number("model.hidden", hidden, 1, whole=True)
         self.extract = Features(features, smoothing_s)
         self.inputs = self.extract.inputs
         self.scaler = Scaler(len(features))

@@ -7,10 +7,10 @@ from typing import Any, ClassVar
 import torch
 from torch import Tensor, nn
 
-from zoo.errors import InputError
+from zoo.errors import InputError, check_number
 from zoo.models.base import FeatureModel
 from zoo.models.features import RATE, Features
-from zoo.models.powers import expanded, powers
+from zoo.models.powers import check_orders, expanded, powers
 from zoo.models.scaler import Scaler
 from zoo.models.segmentation import best_edges
 from zoo.physics.differentiator import SMOOTHING_S
@@ -59,10 +59,9 @@ class PiecewisePolynomial(FeatureModel):
         smoothing_s: float = SMOOTHING_S,
     ) -> None:
         super().__init__()
-        if min(order, rate_order) < 1:
-            raise InputError(f"model.order={order} model.rate_order={rate_order}: 1 or more is needed; leave a feature out of model.features instead")
-        if edges is None and (not isinstance(segments, int) or segments < 1):
-            raise InputError(f"model.segments={segments}: a whole number from 1 up is needed")
+        check_orders(order, rate_order)
+        if edges is None:
+            check_number("model.segments", segments, 1, whole=True)
         self.extract = Features(features, smoothing_s)
         self.inputs = self.extract.inputs
         first, *rest = [rate_order if name.endswith(RATE) else order for name in features]

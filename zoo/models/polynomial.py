@@ -5,10 +5,9 @@ from typing import Any, ClassVar
 import torch
 from torch import Tensor, nn
 
-from zoo.errors import InputError
 from zoo.models.base import FeatureModel
 from zoo.models.features import RATE, Features
-from zoo.models.powers import expanded, powers
+from zoo.models.powers import check_orders, expanded, powers
 from zoo.models.scaler import Scaler
 from zoo.physics.differentiator import SMOOTHING_S
 
@@ -30,8 +29,7 @@ class Polynomial(FeatureModel):
 
     def __init__(self, features: list[str], order: int = 1, rate_order: int = 1, smoothing_s: float = SMOOTHING_S) -> None:
         super().__init__()
-        if min(order, rate_order) < 1:
-            raise InputError(f"model.order={order} model.rate_order={rate_order}: 1 or more is needed; leave a feature out of model.features instead")
+        check_orders(order, rate_order)
         self.extract = Features(features, smoothing_s)
         self.inputs = self.extract.inputs
         self.orders = [rate_order if name.endswith(RATE) else order for name in features]

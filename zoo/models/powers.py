@@ -5,6 +5,18 @@ import math
 import torch
 from torch import Tensor
 
+from zoo.errors import check_number
+
+
+def check_orders(order: object, rate_order: object) -> None:
+    """Refuse orders below 1: to be without a feature, it is left out of model.features.
+
+    Raises:
+        InputError: one is no whole number from 1 up.
+    """
+    check_number("model.order", order, 1, whole=True)
+    check_number("model.rate_order", rate_order, 1, whole=True)
+
 
 def powers(features: Tensor, orders: list[int]) -> Tensor:
     """Powers 1 … order of each feature, feature by feature.

@@ -58,9 +58,13 @@ def usable_device(name: str) -> torch.device:
     Raises:
         InputError: no such device here.
     """
-    kind = name.partition(":")[0]
-    if kind not in {"cpu", "cuda"}:
-        raise InputError(f"torch_device={name}: possible: cpu, cuda")
-    if kind == "cuda" and not torch.cuda.is_available():
-        raise InputError(f"torch_device={name}: this machine has no CUDA device that torch can use; possible: cpu")
-    return torch.device(name)
+    try:
+        device = torch.device(name)
+    except RuntimeError:
+        device = None
+    if device is None or device.type not in {"cpu", "cuda"}:
+        raise InputError(f"torch_device={name}: possible: cpu, cuda, cuda:1")
+    if device.type == "cuda" and (device.index or 0) >= torch.cuda.device_count():
+        there = f"{torch.cuda.device_count()} CUDA device(s)" if torch.cuda.is_available() else "no CUDA device"
+        raise InputError(f"torch_device={name}: this machine has {there} that torch can use; possible: cpu")
+    return device

@@ -34,9 +34,9 @@ class Scaler(nn.Module):
             error: (M,) [output's unit].
         """
         self.centre.copy_(features.mean(0))
-        self.scale.copy_(_spread(features))
+        self.scale.copy_(spread(features))
         self.error_centre.copy_(error.mean())
-        self.error_scale.copy_(_spread(error))
+        self.error_scale.copy_(spread(error))
 
     def forward(self, features: Tensor) -> Tensor:
         """(..., F) features in their units -> standardised."""
@@ -47,7 +47,7 @@ class Scaler(nn.Module):
         return self.error_centre + self.error_scale * value
 
 
-def _spread(value: Tensor) -> Tensor:
-    # What is constant but for rounding must not be blown up to unit variance.
-    spread = value.std(0, correction=0)
-    return torch.where(spread > 1e-9 * value.abs().amax(0), spread, torch.ones_like(spread))
+def spread(value: Tensor) -> Tensor:
+    """(M, ...) -> (...) standard deviation, and 1 of what is constant but for rounding: that must not be blown up to unit variance."""
+    deviation = value.std(0, correction=0)
+    return torch.where(deviation > 1e-9 * value.abs().amax(0), deviation, torch.ones_like(deviation))

@@ -6,7 +6,7 @@ import torch
 from torch import Generator, Tensor, nn
 from torch.nn.functional import softplus
 
-from zoo.errors import InputError
+from zoo.errors import check_number
 from zoo.models.base import FeatureModel
 from zoo.models.features import Features
 from zoo.models.scaler import Scaler
@@ -36,8 +36,7 @@ class TakagiSugeno(FeatureModel):
 
     def __init__(self, features: list[str], rules: int = 4, smoothing_s: float = SMOOTHING_S) -> None:
         super().__init__()
-        if rules < 1:
-            raise InputError(f"model.rules={rules}: at least 1 rule is needed")
+        check_number("model.rules", rules, 1, whole=True)
         self.extract = Features(features, smoothing_s)
         self.inputs = self.extract.inputs
         self.scaler = Scaler(len(features))

@@ -6,7 +6,7 @@ from typing import ClassVar
 import torch
 from torch import Generator, Tensor, cos, exp, float64, nn
 
-from zoo.errors import InputError
+from zoo.errors import check_number
 from zoo.models.base import FeatureModel
 from zoo.models.features import Features
 from zoo.models.scaler import Scaler
@@ -18,6 +18,8 @@ LEAST = 1e-3
 """Smallest dilation, in standard deviations of the inputs; narrower wavelets are spikes at single samples; engineering prior."""
 REACH = 2.0
 """Translations begin within ± so many standard deviations of the inputs, where nearly all of them lie; engineering prior."""
+MOST = int(REACH / LEAST)
+"""Neurons of which each begins twice as wide as the smallest dilation."""
 
 
 class Morlet(nn.Module):
@@ -78,8 +80,7 @@ class Wavelet(FeatureModel):
 
     def __init__(self, features: list[str], hidden: int = 9, linear: bool = False, smoothing_s: float = SMOOTHING_S) -> None:
         super().__init__()
-        if hidden < 1:
-            raise InputError(f"model.hidden={hidden}: at least 1 neuron is needed")
+        check_number("model.hidden", hidden, 1, MOST, whole=True)
         self.extract = Features(features, smoothing_s)
         self.inputs = self.extract.inputs
         self.scaler = Scaler(len(features))

@@ -7,7 +7,7 @@ from collections.abc import Callable, Sequence
 import torch
 from torch import Generator, Tensor
 
-from zoo.errors import InputError
+from zoo.errors import InputError, check_number
 
 Chance = Generator | Sequence[Generator]
 """One source for all, or one for each swarm along the first axis, which then takes the path that it would take alone."""
@@ -25,8 +25,7 @@ def place(low: Tensor, high: Tensor, particles: int, generator: Chance) -> Tenso
     Raises:
         InputError: an empty swarm or box.
     """
-    if particles < 1:
-        raise InputError(f"init.particles={particles}: a swarm needs at least 1")
+    check_number("particles", particles, 1, whole=True)
     if not bool((high > low).all()):
         raise InputError("a swarm's box needs high > low in every dimension")
     drawn = uniform((*low.shape[:-1], particles, low.shape[-1]), low, generator)

@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from dataclasses import fields
 from typing import Any, TypeVar
 
-from zoo.errors import InputError, nearest
+from zoo.errors import InputError, check_number, nearest
 
 Chosen = TypeVar("Chosen")
 
@@ -24,16 +24,15 @@ def chosen(kind: type[Chosen], given: Mapping[str, Any]) -> Chosen:
     known = [field.name for field in fields(kind)]  # type: ignore[arg-type]
     for name in given:
         if name not in known:
-            raise InputError(f"init.{name}: no setting of this swarm; {nearest(name, known)}")
+            raise InputError(f"{name}: no setting of this swarm; {nearest(name, known)}")
     return kind(**given)
 
 
 def within(settings: Any, name: str, low: float, high: float = float("inf")) -> None:
-    """Refuse a setting outside low … high.
+    """Refuse a setting outside low … high, or with a fraction where the dataclass has a whole number.
 
     Raises:
-        InputError: it is.
+        InputError: it is none of these.
     """
-    value = getattr(settings, name)
-    if not low <= value <= high:
-        raise InputError(f"init.{name}={value}: {f'at least {low}' if high == float('inf') else f'{low} to {high}'} is needed")
+    whole = next(isinstance(field.default, int) for field in fields(settings) if field.name == name)
+    check_number(name, getattr(settings, name), low, high, whole)

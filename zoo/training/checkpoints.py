@@ -48,6 +48,8 @@ class Checkpoints(Callback):
 
     def on_train_batch_end(self, trainer: Trainer, pl_module: LightningModule, outputs: object, batch: object, batch_idx: int) -> None:
         """Save where it is time."""
-        if trainer.global_step % self.every == 0 and time.monotonic() - self.last_s > EVERY_S:
+        # Not after the last step: there the training's own end follows at once, and a checkpoint without it would leave nothing to go on with.
+        due = trainer.global_step % self.every == 0 and trainer.global_step < trainer.max_steps
+        if due and time.monotonic() - self.last_s > EVERY_S:
             save_checkpoint(trainer, self.folder)
             self.last_s = time.monotonic()

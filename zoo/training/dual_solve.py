@@ -138,11 +138,13 @@ def _every(points: Tensor, most: int) -> int:
 
 
 def _folds(kind: str, sizes: list[int]) -> Tensor | None:
-    """(M,) number of each sample's fold for runs of these sizes; None where each sample is one."""
+    """(M,) number of each sample's fold for runs of these sizes; None where each sample is one, as where there is a single block."""
     if kind == "sample":
         return None
     if kind == "run" and sum(size > 0 for size in sizes) < 2:
         raise InputError("optimizer.folds=run: at least 2 runs are needed; possible: sample, block")
+    if kind == "block" and sum(-(-size // BLOCK) for size in sizes) < 2:
+        return None  # all would be left out at once
     starts = [sum(sizes[:run]) for run in range(len(sizes))]
     length = max(sizes) if kind == "run" else BLOCK
     return torch.cat([start + torch.arange(size) // length for start, size in zip(starts, sizes, strict=True)])

@@ -13,16 +13,17 @@ from lightning.pytorch import Callback, Trainer
 from lightning.pytorch.loggers import Logger
 from lightning.pytorch.utilities.exceptions import SIGTERMException
 
-from zoo.errors import WorkError
+from zoo.errors import Stopped, WorkError
 from zoo.measurements.datamodule import RunsDataModule
 from zoo.measurements.run import Run
 from zoo.models.base import FeatureModel
 from zoo.models.prediction import block_features
+from zoo.models.scaler import spread
 from zoo.training.checkpoints import Checkpoints, save_checkpoint
 from zoo.training.ensemble import Ensemble
 from zoo.training.members import Member
 from zoo.training.module import MakeOptimizer, Training
-from zoo.training.problem import Problem, spread
+from zoo.training.problem import Problem
 from zoo.training.progress import TrainingProgress
 from zoo.training.resume import check_resumable
 from zoo.training.schedule import POINTS, Schedule
@@ -40,7 +41,7 @@ def fit_by_gradient(
     schedule: Schedule,
     seeds: Sequence[int],
     out: Path,
-    logger: Logger,
+    logger: Logger | None,
 ) -> list[Member]:
     """Standardise, initialise, train, and leave a checkpoint.
 
@@ -52,7 +53,7 @@ def fit_by_gradient(
         schedule: how long and where.
         seeds: of the shuffling, one a member.
         out: an existing folder, for the checkpoint.
-        logger: takes the curves.
+        logger: takes the curves; None where nobody does.
 
     Returns:
         The members whose training came to a finite end.
@@ -75,9 +76,9 @@ def fit_by_gradient(
     steps = schedule.epochs * steps_per_pass
     every = max(steps // POINTS, 1)
     trained = model if len(seeds) == 1 else Ensemble(model, len(seeds))
-    module = Training(trained, optimizer, spread(error), schedule.goal, every, schedule.settings)
+    module = Training(trained, optimizer, float(spread(error)), schedule.goal, every, schedule.settings)
     if schedule.resume is not None:
-        check_resumable(schedule.resume, module, steps)
+        data.begun = check_resumable(schedule.resume, module, steps)
     trainer = _trainer(steps, every, schedule.device, [init, TrainingProgress(steps, every), Checkpoints(out, every)], logger)
     with _interruptible():
         trainer.fit(module, datamodule=data, ckpt_path=schedule.resume, weights_only=True)
@@ -110,21 +111,21 @@ def _interruptible() -> Iterator[None]:
     try:
         yield
     except SIGTERMException as stop:
-        raise WorkError("stopped by the system (SIGTERM), as at a time limit; the same command in the same folder goes on from there") from stop
+        raise Stopped("stopped by the system (SIGTERM), as at a time limit; the same command in the same folder goes on from there") from stop
     except SystemExit as stop:
         if not isinstance(stop.__context__, KeyboardInterrupt):
             raise
         raise KeyboardInterrupt from stop
 
 
-def _trainer(steps: int, every: int, device: str, callbacks: list[Callback], logger: Logger) -> Trainer:
+def _trainer(steps: int, every: int, device: str, callbacks: list[Callback], logger: Logger | None) -> Trainer:
     on_gpu = device.startswith("cuda")
     return Trainer(
         accelerator="gpu" if on_gpu else "cpu",
         devices=[int(device.partition(":")[2] or 0)] if on_gpu else 1,
         max_steps=steps,
         max_epochs=-1,
-        logger=logger,
+        logger=logger or False,
         callbacks=callbacks,
         log_every_n_steps=every,
         # Each of these costs more than a step of a net with a few dozen weights.

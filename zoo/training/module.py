@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Mapping
 from typing import Any, cast
 
 import torch
@@ -16,7 +16,7 @@ from zoo.training.weights import set_weights
 
 MakeOptimizer = Callable[[Iterable[nn.Parameter]], torch.optim.Optimizer]
 Batch = tuple[Tensor, Tensor]
-OPTIMIZER, EVALUATIONS, FINISHED, SETTINGS = "optimizer_name", "evaluations", "finished", "settings"
+OPTIMIZER, EVALUATIONS, FINISHED, SETTINGS, GOAL = "optimizer_name", "evaluations", "finished", "settings", "goal"
 """Keys under which a checkpoint names the optimizer whose state it holds, counts, and says whether that training is over and what it was."""
 
 
@@ -126,13 +126,22 @@ class Training(LightningModule):
 
     def on_save_checkpoint(self, checkpoint: dict[str, Any]) -> None:
         """Says whose state the checkpoint holds, since one optimizer's state means nothing to another, and what is needed to go on."""
-        checkpoint |= {OPTIMIZER: self.optimizer_name, EVALUATIONS: self.evaluations, FINISHED: self.finished, SETTINGS: self.settings} | self.kept
+        checkpoint |= {OPTIMIZER: self.optimizer_name, EVALUATIONS: self.evaluations, FINISHED: self.finished, SETTINGS: self.settings}
+        checkpoint |= {GOAL: self.goal} | self.kept
 
     def on_load_checkpoint(self, checkpoint: dict[str, Any]) -> None:
-        """Goes on counting."""
+        """Goes on counting; who had reached a goal goes on to a lower one."""
         self.evaluations = checkpoint.get(EVALUATIONS, 0)
+        if isinstance(self.model, Ensemble) and lowered(checkpoint, self.goal):
+            checkpoint["state_dict"]["model.done"].fill_(False)
 
     def configure_optimizers(self) -> torch.optim.Optimizer:
         """The optimizer chosen."""
         assert self.make_optimizer is not None
         return self.make_optimizer([parameter for parameter in self.parameters() if parameter.requires_grad])
+
+
+def lowered(checkpoint: Mapping[str, Any], goal: float | None) -> bool:
+    """Whether a training goes on to a lower goal than that of its checkpoint, so that who had reached that one is not done."""
+    before = checkpoint.get(GOAL)
+    return before is not None and (goal is None or goal < before)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import copy
 from collections.abc import Callable, Sequence
 
-from zoo.errors import WorkError
+from zoo.errors import Stopped, WorkError
 from zoo.models.base import Model
 from zoo.progress import progress
 from zoo.training.members import Member
@@ -20,7 +20,7 @@ def one_after_another(model: Model, seeds: Sequence[int], train: Callable[[Model
         train: fits a copy with its seed.
 
     Raises:
-        WorkError: none came to an end.
+        WorkError: none came to an end, or the system asked to stop.
     """
     members: list[Member] = []
     failure = WorkError("no member was trained")
@@ -28,6 +28,8 @@ def one_after_another(model: Model, seeds: Sequence[int], train: Callable[[Model
         for seed in seeds:
             try:
                 members.append(train(copy.deepcopy(model), seed))
+            except Stopped:
+                raise
             except WorkError as failed:
                 failure = failed
             advance()

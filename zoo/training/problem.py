@@ -13,6 +13,7 @@ from zoo.measurements.datamodule import RunsDataModule
 from zoo.measurements.run import Run
 from zoo.models.base import FeatureModel
 from zoo.models.prediction import block_features
+from zoo.models.scaler import spread
 from zoo.training.linear_weights import LinearWeights
 from zoo.training.population import Population, even
 from zoo.training.tape import Recorded
@@ -40,7 +41,7 @@ class Problem:
 
     def __init__(self, model: FeatureModel, features: Tensor, error: Tensor) -> None:
         self.model, self.features, self.error = model, features, error
-        self.scale = spread(error)
+        self.scale = float(spread(error))
         self.size = len(weight_vector(model))
         self.population, self.linear = Population(model, features), LinearWeights(model)
         self._derivatives = Recorded(partial(derivatives, model))
@@ -138,8 +139,3 @@ class Problem:
             found.append((normal, slope, square))
         normal, slope, square = (torch.cat(parts) / (self.scale**2 * len(self.error)) for parts in zip(*found, strict=True))
         return normal, slope, square
-
-
-def spread(error: Tensor) -> float:
-    """Unit of the loss: standard deviation of (M,) errors [output's unit], or 1 where they never change."""
-    return float(error.std(correction=0)) or 1.0

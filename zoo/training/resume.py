@@ -11,7 +11,7 @@ from torch import Tensor
 
 from zoo.errors import InputError
 from zoo.training.checkpoints import CHECKPOINT
-from zoo.training.module import FINISHED, OPTIMIZER, SETTINGS, Training
+from zoo.training.module import FINISHED, OPTIMIZER, SETTINGS, Training, lowered
 
 STATE = "stepwise"
 """Key of the state that steps of no gradient descent go on from."""
@@ -34,7 +34,7 @@ def unfinished(folder: Path, settings: str) -> Path | None:
     return path if checkpoint.get(FINISHED) is False and checkpoint.get(SETTINGS) == settings else None
 
 
-def stepwise_state(path: Path, stepper: str, shape: tuple[int, int], steps: int) -> tuple[int, dict[str, Tensor]]:
+def stepwise_state(path: Path, stepper: str, shape: tuple[int, int], steps: int, goal: float | None) -> tuple[int, dict[str, Tensor]]:
     """Steps done and state of a training by steps.
 
     Args:
@@ -42,6 +42,7 @@ def stepwise_state(path: Path, stepper: str, shape: tuple[int, int], steps: int)
         stepper: class of the optimizer.
         shape: (E, D) of the weights that are about to be trained.
         steps: in all, those of the checkpoint included.
+        goal: loss below which a member is done.
 
     Raises:
         InputError: as `check_resumable`.
@@ -55,6 +56,8 @@ def stepwise_state(path: Path, stepper: str, shape: tuple[int, int], steps: int)
         raise InputError(f"resume={path}: holds another model or another number of seeds; repeat that training's settings")
     if done >= steps:
         raise InputError(f"resume={path}: has done {done} steps already, of {steps}; raise epochs")
+    if lowered(checkpoint, goal):
+        state["settled"] = torch.zeros_like(state["settled"])
     return done, state
 
 
@@ -71,13 +74,16 @@ def _check_optimizer(path: Path, found: str | None, wanted: str | None) -> None:
         raise InputError(f"resume={path}: was trained by {found or 'no gradient descent'}, not by {wanted}; choose the same optimizer")
 
 
-def check_resumable(path: Path, module: Training, steps: int) -> None:
+def check_resumable(path: Path, module: Training, steps: int) -> int:
     """Compare a checkpoint with what is about to be trained.
 
     Args:
         path: the checkpoint.
         module: to be trained further.
         steps: optimizer steps in all, those of the checkpoint included.
+
+    Returns:
+        Steps that are done.
 
     Raises:
         InputError: it is none, or of another model or optimizer, or as long trained already.
@@ -92,3 +98,4 @@ def check_resumable(path: Path, module: Training, steps: int) -> None:
     _check_optimizer(path, checkpoint.get(OPTIMIZER), module.optimizer_name)
     if done >= steps:
         raise InputError(f"resume={path}: has done {done} steps already, of {steps}; raise epochs")
+    return int(done)

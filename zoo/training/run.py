@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import math
 import platform
 import shutil
 import time
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
+from dataclasses import replace
 from pathlib import Path
 from typing import Any, Protocol, cast
 
@@ -17,7 +19,7 @@ from lightning.pytorch.loggers import Logger, TensorBoardLogger
 from torch import Generator
 
 import zoo
-from zoo.errors import InputError
+from zoo.errors import InputError, check_number
 from zoo.measurements.run import Run
 from zoo.models.base import FeatureModel, Model
 from zoo.models.prediction import usable_device
@@ -36,6 +38,8 @@ from zoo.training.threads import threads_for
 from zoo.training.weights import weight_vector
 
 EVENTS = "tensorboard"
+LARGEST = 2**63 - 1
+"""Number that torch takes as a seed."""
 WIDTH = 32
 """Numbers that a block makes in a small net's largest tensor, to judge how many threads are worth it."""
 
@@ -106,11 +110,19 @@ def train(
     started = time.perf_counter()
     _check(model, runs, optimizer, device)
     _check_numbers(epochs=epochs, goal=goal, batch_size=batch_size, seed=seed, seeds=seeds)
+    if goal is not None and batch_size is not None:
+        raise InputError(f"goal={goal} is of the loss over all blocks, of which batch_size={batch_size} shows a few at a time; leave one of them out")
+    place = device
+    if hasattr(optimizer, "fit"):
+        place = device if getattr(optimizer, "follows_device", False) else "cpu"
+        useless = next((name for name, value in (("resume", resume), ("batch_size", batch_size)) if value is not None), None)
+        if useless:
+            raise InputError(f"{useless}: {type(optimizer).__name__} solves in one go, from all blocks at once; leave it out")
     logger = TensorBoardLogger(out, name=EVENTS, version="", default_hp_metric=False)
     every = range(seed, seed + seeds)
     with quiet_lightning(), _no_half_curve(out / EVENTS), threads_for(_largest_tensor(optimizer, runs)):
         if hasattr(optimizer, "fit"):
-            members = _fit_by_itself(model, runs, cast(Fitter, optimizer), every, device, out)
+            members = _fit_by_itself(model, runs, cast(Fitter, optimizer), every, place, out)
         else:
             schedule = Schedule(epochs, goal, device, batch_size, resume, settings)
             start = init or RandomInit(seed)
@@ -128,7 +140,7 @@ def train(
             spread["failed_seeds"] = sorted(set(every) - {member.seed for member in members})
             write_members(out, members)
     metrics = dict(labels or {}) | best.facts | score_runs(model, runs, check_runs)
-    metrics |= {"seed": seed, "device": device, "parameters": sum(p.numel() for p in model.parameters()), "versions": versions()}
+    metrics |= {"seed": seed, "device": place, "parameters": sum(p.numel() for p in model.parameters()), "versions": versions()}
     metrics |= {} if spread is None else {"members": spread}
     metrics |= {"formula": formula} if (formula := model.formula()) else {}
     metrics["wall_time_s"] = round(time.perf_counter() - started, 3)
@@ -160,9 +172,12 @@ def _fit_by_gradient(
     if schedule.resume is not None:
         raise InputError(f"resume: this optimizer trains the {len(seeds)} seeds one after another, and no checkpoint holds them all; leave it out")
 
+    # The checkpoint of one member is none that the command could go on from, and one curve for all would begin anew with each.
+    by_itself = replace(schedule, settings="")
+
     def alone(one: Model, seed: int) -> Member:
-        start = init.of_member(seed - seeds[0])
-        return fit_by_gradient(cast(FeatureModel, one), runs, optimizer, start, schedule, [seed], out, logger)[0]
+        start, curve = init.of_member(seed - seeds[0]), logger if seed == seeds[0] else None
+        return fit_by_gradient(cast(FeatureModel, one), runs, optimizer, start, by_itself, [seed], out, curve)[0]
 
     return one_after_another(model, seeds, alone)
 
@@ -173,8 +188,7 @@ def _drawing(init: Callback, who: str) -> Init:
     return init
 
 
-def _fit_by_itself(model: Model, runs: Sequence[Run], fitter: Fitter, seeds: range, device: str, out: Path) -> list[Member]:
-    place = device if getattr(fitter, "follows_device", False) else "cpu"
+def _fit_by_itself(model: Model, runs: Sequence[Run], fitter: Fitter, seeds: range, place: str, out: Path) -> list[Member]:
     there = runs if place == "cpu" else [run.to(place) for run in runs]
 
     def alone(one: Model, seed: int) -> Member:
@@ -211,12 +225,9 @@ def _check(model: Model, runs: Sequence[Run], optimizer: MakeOptimizer | Fitter 
 
 def _check_numbers(**given: Any) -> None:
     for name, value in given.items():
-        optional, whole = name in {"goal", "batch_size"}, name != "goal"
-        if value is None and optional:
-            continue
-        low = 1 if name in {"epochs", "batch_size", "seeds"} else 0
-        if isinstance(value, bool) or not isinstance(value, int if whole else int | float) or not value >= low:
-            raise InputError(f"{name}={value}: a {'whole ' if whole else ''}number from {low} up is needed{', or null' if optional else ''}")
+        if value is not None or name not in {"goal", "batch_size"}:
+            low, high = 1 if name in {"epochs", "batch_size", "seeds"} else 0, LARGEST if name == "seed" else math.inf
+            check_number(name, value, low, high, whole=name != "goal")
 
 
 def versions() -> dict[str, str]:

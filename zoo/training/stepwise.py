@@ -83,9 +83,9 @@ def fit_stepwise(
     if schedule.resume is None:
         state = method.start(problem, init.weights(problem, len(seeds), log) if method.starts_from_init else None, seeds)
     else:
-        done, kept = stepwise_state(schedule.resume, type(method).__name__, (len(seeds), problem.size), most)
+        done, kept = stepwise_state(schedule.resume, type(method).__name__, (len(seeds), problem.size), most, schedule.goal)
         state = method.restored(problem, kept)
-    module = Training(model, settings=schedule.settings)
+    module = Training(model, goal=schedule.goal, settings=schedule.settings)
     module.stepper = type(method).__name__
     state = _stepped(problem, method, state, range(done, most), schedule.goal, module, out, log)
     losses, steps, evaluations = problem.losses(state.weights).tolist(), method.steps_of(state), method.evaluations(state)
@@ -113,7 +113,7 @@ def _stepped(problem: Problem, method: Stepwise, state: Any, steps: range, goal:
                 state = state._replace(settled=state.settled | (losses < goal))
             if (count + 1) % every == 0 or count == 0:
                 log({"loss/fit": float(losses.nanmedian())}, count + 1)
-            if time.monotonic() - last_s > EVERY_S:
+            if time.monotonic() - last_s > EVERY_S and count + 1 < steps.stop:  # after the last step the end follows at once
                 _save(module, method, state, count + 1, out)
                 last_s = time.monotonic()
             advance()

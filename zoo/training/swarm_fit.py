@@ -22,7 +22,7 @@ class SwarmFit:
 
     def __init__(self, algorithm: SwarmAlgorithm, particles: int = 400, steps: int = 300, reach: float = 2.0, **settings: Any) -> None:
         """Describe the search, see `zoo.training.swarm_search.SwarmSearch`."""
-        self.search = SwarmSearch(algorithm, particles, steps, reach, **settings)
+        self.search = SwarmSearch("optimizer", algorithm, particles, steps, reach, **settings)
 
     def most_steps(self, epochs: int) -> int:
         """The swarm's own number: its schedules are made for it."""

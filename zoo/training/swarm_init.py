@@ -28,7 +28,7 @@ class SwarmInit(Init):
             seed: of the search alone.
             **settings: passed on to the algorithm's `init`.
         """
-        self.search = SwarmSearch(algorithm, particles, steps, reach, **settings)
+        self.search = SwarmSearch("init", algorithm, particles, steps, reach, **settings)
         self.seed = seed
 
     def weights(self, problem: Problem, members: int, log: Log) -> Tensor:

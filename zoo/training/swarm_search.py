@@ -8,8 +8,12 @@ from typing import Any, NamedTuple
 import torch
 from torch import Generator, Tensor
 
+from zoo.errors import InputError, check_number
 from zoo.swarm.algorithm import SwarmAlgorithm
 from zoo.training.problem import Problem
+
+SMALLEST_REACH = 1e-6
+"""Of a box that is searched."""
 
 
 class Searched(NamedTuple):
@@ -39,16 +43,25 @@ class SwarmSearch:
     swarms move together, each member with its own source of chance, so that it finds what it would find alone.
     """
 
-    def __init__(self, algorithm: SwarmAlgorithm, particles: int, steps: int, reach: float, **settings: Any) -> None:
-        """Describe it, see `zoo.training.swarm_init.SwarmInit`."""
-        self.algorithm, self.particles, self.steps, self.reach = algorithm, particles, steps, reach
+    def __init__(self, group: str, algorithm: SwarmAlgorithm, particles: int, steps: int, reach: float, **settings: Any) -> None:
+        """Describe it, see `zoo.training.swarm_init.SwarmInit`; `group` is what the settings are typed after, for messages."""
+        self.group, self.algorithm, self.particles, self.steps, self.reach = group, algorithm, particles, steps, reach
         self.settings = {"steps": steps} | settings
 
     def start(self, problem: Problem, seeds: Iterable[int]) -> Searched:
-        """Place the swarms of each seed."""
+        """Place the swarms of each seed.
+
+        Raises:
+            InputError: settings that make no swarm.
+        """
         chance = [torch.Generator().manual_seed(seed) for seed in seeds]
-        edge = problem.features.new_full((len(chance), *problem.places.shape), self.reach)
-        swarms = self.algorithm.init(-edge, edge, self.particles, chance, **self.settings)
+        try:
+            check_number("steps", self.steps, 1, whole=True)
+            check_number("reach", self.reach, SMALLEST_REACH)
+            edge = problem.features.new_full((len(chance), *problem.places.shape), self.reach)
+            swarms = self.algorithm.init(-edge, edge, self.particles, chance, **self.settings)
+        except InputError as error:
+            raise InputError(f"{self.group}.{error}") from error
         settled = torch.zeros(len(chance), dtype=torch.bool, device=edge.device)
         return Searched(swarms, chance, settled, *_best(problem, swarms), torch.zeros_like(settled, dtype=torch.int64))
 
