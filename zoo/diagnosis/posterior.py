@@ -17,16 +17,16 @@ FAINT = 1e-12
 
 TEMPER = 0.3
 """Share of a log Bayes factor beyond the threshold that is believed: there formulas that are not nature's decide, and no longer chance."""
-STEEPNESS = 1.5
+STEEPNESS = 2.0
 """How fast the odds of an unknown effect rise with the strain, as its power. Both are engineering choices: how far they are from calibrated is what
 benchmarks/hidden.py prints."""
 
 REFUSED = 0.5
 """Most that is believed of a further effect that the search did not add, whatever its evidence: of those that might mop up, about half are real."""
 
-SOMETHING, ANOTHER = 4.0, 0.4
-"""Odds before looking that a model lacks something rather than nothing; that what was found is not all, once more for each that was found. What the
-runs cannot show keeps them."""
+SOMETHING, ANOTHER = 2.0, 0.4
+"""Odds before looking that a model lacks something rather than nothing, as if nothing, one effect and several were equally likely; that what was
+found is not all, once more for each that was found. What the runs cannot show keeps them."""
 
 
 @dataclass(frozen=True)
