@@ -135,7 +135,7 @@ def explain(error: BaseException) -> tuple[int, str]:
     if absent := missing_plugin(error) or _unknown_choice(error):
         return 2, f"error: {absent}"
     if isinstance(error, OSError) and error.filename:
-        return 2, f"error: {error.filename}: cannot be read or written ({error.strerror}); another output folder is chosen with hydra.run.dir=…"
+        return 2, f"error: {error.filename}: {error.strerror}; if results were to go there, choose another folder with hydra.run.dir=…"
     if isinstance(error, WRONG_SETTINGS):
         return 2, f"error: {_first_lines(error)}"
     known = "" if isinstance(error, HydraException) else f"{type(error).__name__}: "
