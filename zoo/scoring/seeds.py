@@ -67,7 +67,8 @@ def contest(first: Mapping[int, float], second: Mapping[int, float], generator: 
     """Whether the first method's values are lower than the second's.
 
     Seeds that both have are drawn together: what a seed makes of the start, it makes of both, and the ratio of the medians scatters less than if each
-    were drawn by itself. Without common seeds, each is drawn by itself; a method that has one value only is a constant.
+    were drawn by itself. Without common seeds, each is drawn by itself; a method that has one value only is taken for a constant, which one seed of
+    several that it might have had is not: who compares must know.
 
     Args:
         first: value by seed.
