@@ -112,6 +112,9 @@ def _check(rows: Rows) -> Iterator[Line]:
     least = [row["check_over_floor_without_hidden"] for row in known]
     for words, at in (("median", 0.5), ("95 %", 0.95)):
         yield quantile(f"the base alone where nothing is hidden, true noise known, {words}", "", least, at)
+    told = [row["check_over_floor_told"] for row in known if row.get("check_over_floor_told") is not None]
+    for words, at in (("median", 0.5), ("95 %", 0.95)):
+        yield quantile(f"the base with the hidden effects told, true noise known, {words}", "", told, at)
     yield quantile("unseen run over its noise, 95 %, verdict right", "", [row["check_over_floor"] for row in known if right(row)], 0.95)
 
 

@@ -9,7 +9,7 @@ from typing import Any
 
 from hidden_effects.case import Case, made
 from hidden_effects.recipe import BASE, recipe
-from hidden_effects.visible import left_beside, noise_rms, visible
+from hidden_effects.visible import check_over_floor_told, left_beside, noise_rms, visible
 
 from zoo.catalog import build, names
 from zoo.diagnosis.refine import Refinement, refine
@@ -51,6 +51,7 @@ def _judged(seed: int) -> Row:
         "rows": sum(run.rows for run in fitted),
         **said,
         "left_beside_named": left_beside(case, said["missing"], catalogue()) if case.recipe.kind == "outside" and said["missing"] else None,
+        "check_over_floor_told": None if case.recipe.kind == "outside" else check_over_floor_told(case, catalogue()),
         "candidates_tried": len(refined.diagnosis.bench.available()) - len(BASE),
         "check_over_floor": refined.record["ladder"][-1]["rms_check"] / noise_rms(case.noise_blocks()[-1]),
         "parameters": list(_parameters(case, refined)),

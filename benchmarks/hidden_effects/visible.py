@@ -12,7 +12,7 @@ from torch import Tensor
 
 from zoo.diagnosis.diagnose import open_bench
 from zoo.diagnosis.refine import check_rms
-from zoo.diagnosis.workbench import Solved
+from zoo.diagnosis.workbench import Solved, Workbench
 from zoo.effects.base import Effect
 from zoo.fitting.design import coarse_starts
 from zoo.fitting.projection import project
@@ -55,13 +55,28 @@ def left_beside(case: Case, names: list[str], catalogue: dict[str, Effect]) -> f
 
     Of data without noise; near 0 where the effects, whatever they are, do what the hidden ones do.
     """
+    bench, solved = _with_effects(case, names, catalogue)
+    means = _means(bench.runs, case.without_noise()) + torch.stack([_means(bench.runs, case.hidden_blocks(one)) for one in case.hidden]).sum(dim=0)
+    design = solved.design
+    return fit(design.plain_columns, design.whitener(means).squeeze(1), solved.fit.theta, weigh=design.whitener).cost ** 0.5
+
+
+def check_over_floor_told(case: Case, catalogue: dict[str, Effect]) -> float:
+    """RMS that the base with the hidden effects leaves on the check run, over the noise there: what a diagnosis that is never wrong comes to.
+
+    The effects are the catalogue's, fitted to the runs as they were measured, in the true noise.
+    """
+    _, solved = _with_effects(case, [one.name for one in case.hidden], catalogue)
+    return (check_rms(solved.model, [case.measured()[-1]]) or 0.0) / noise_rms(case.noise_blocks()[-1])
+
+
+def _with_effects(case: Case, names: list[str], catalogue: dict[str, Effect]) -> tuple[Workbench, Solved]:
+    """The base with some effects, each searched for beside those before, fitted to the measured runs in the true noise."""
     bench = open_bench(case.measured()[:-1], list(BASE), catalogue).with_noise(case.noise)
     solved = bench.solve(BASE)
     for name in names:
         solved = bench.add(solved, name)
-    means = _means(bench.runs, case.without_noise()) + torch.stack([_means(bench.runs, case.hidden_blocks(one)) for one in case.hidden]).sum(dim=0)
-    design = solved.design
-    return fit(design.plain_columns, design.whitener(means).squeeze(1), solved.fit.theta, weigh=design.whitener).cost ** 0.5
+    return bench, solved
 
 
 def noise_rms(run: Run) -> float:

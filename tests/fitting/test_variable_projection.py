@@ -9,6 +9,7 @@ import pytest
 import torch
 from torch import Generator, Tensor
 
+from zoo.fitting.prior import Prior
 from zoo.fitting.variable_projection import STEP, Fit, fit
 
 TIME = torch.linspace(0, 10, 600, dtype=torch.float64)
@@ -233,3 +234,20 @@ def test_a_parameter_without_influence_has_no_error_bar() -> None:
     errors = found.covariance().diagonal()
     assert math.isnan(float(errors[1]))
     assert bool(torch.isfinite(errors[[0, 2, 3]]).all())
+
+
+def test_a_parameter_that_moves_nothing_but_digits_leaves_the_error_bars_of_the_others() -> None:
+    """Its prior is all that is known of it."""
+    width = 0.5
+
+    def hard_of_hearing(theta: Tensor) -> Tensor:
+        return decays(theta[:, :1]) * (1.0 + 1e-9 * theta[:, 1:].unsqueeze(-1))
+
+    target = planted(*TRUTH) / SIGMA + white(Generator().manual_seed(3))
+    start, of_second = torch.tensor([unit(2.0), 0.5], dtype=torch.float64), torch.tensor([0.0, width**-2], dtype=torch.float64)
+    found = fit(lambda t: hard_of_hearing(t) / SIGMA, target, start, prior=Prior(torch.full((2,), 0.5, dtype=torch.float64), of_second))
+    assert 0 < float(found.jacobian[:, 1].norm()) < 1e-6, "not quite deaf"
+    errors = found.covariance().diagonal().sqrt()
+    alone = fit(lambda t: decays(t) / SIGMA, target, at(2.0)).covariance().diagonal().sqrt()
+    torch.testing.assert_close(errors[[0, 2, 3]], alone, rtol=1e-3, atol=0)
+    assert float(errors[1]) == pytest.approx(width, rel=0.1)

@@ -65,11 +65,12 @@ class Fit:
             pieces: how many.
         """
         jacobian = self.jacobian
+        known = torch.nn.functional.pad(self.prior.weight.to(jacobian), (0, len(self.amplitudes)))
         norm = jacobian.norm(dim=0)
-        scaled = jacobian / norm.clamp_min(1e-300)
-        known = torch.nn.functional.pad(self.prior.weight.to(norm), (0, len(self.amplitudes)))
-        known = torch.where(norm > 0, known / norm.square(), 0.0)
-        inverse = torch.linalg.pinv(scaled.mT @ scaled + torch.diag(known), hermitian=True, rtol=1e-12)
+        known = torch.where(norm > 0, known, 0.0)
+        unit = (norm.square() + known).sqrt().clamp_min(1e-300)  # of what each is known by: a prior may be all there is
+        scaled = jacobian / unit
+        inverse = torch.linalg.pinv(scaled.mT @ scaled + torch.diag((known.sqrt() / unit).square()), hermitian=True, rtol=1e-12)
         dof = max(len(self.residual) - jacobian.shape[1], 1)
         plain = inverse * max(self.cost / dof, 1.0)
         scores = torch.stack(
@@ -78,11 +79,10 @@ class Fit:
         robust = inverse @ (scores.mT @ scores) @ inverse * (pieces / (pieces - 1))
         wide = robust.diagonal()
         if expected is not None:
-            unit = norm.clamp_min(1e-300)
             wide = torch.maximum(wide, (inverse @ (expected / unit.unsqueeze(0) / unit.unsqueeze(1)) @ inverse).diagonal())
         inflate = (wide / plain.diagonal().clamp_min(1e-300)).clamp_min(1.0).sqrt()
-        norm = torch.where(norm > 0, norm, torch.nan)  # no influence, no error bar
-        return plain * inflate.unsqueeze(0) * inflate.unsqueeze(1) / norm.unsqueeze(0) / norm.unsqueeze(1)
+        unit = torch.where(norm > 0, unit, torch.nan)  # no influence, no error bar
+        return plain * inflate.unsqueeze(0) * inflate.unsqueeze(1) / unit.unsqueeze(0) / unit.unsqueeze(1)
 
 
 def _as_they_are(columns: Tensor) -> Tensor:
