@@ -10,7 +10,7 @@ import torch
 from torch import Generator, Tensor
 
 from zoo.fitting.prior import Prior
-from zoo.fitting.variable_projection import STEP, Fit, fit
+from zoo.fitting.variable_projection import STEP, Fit, _second_moment, fit
 
 TIME = torch.linspace(0, 10, 600, dtype=torch.float64)
 LOW, HIGH = 0.1, 30.0
@@ -251,3 +251,32 @@ def test_a_parameter_that_moves_nothing_but_digits_leaves_the_error_bars_of_the_
     alone = fit(lambda t: decays(t) / SIGMA, target, at(2.0)).covariance().diagonal().sqrt()
     torch.testing.assert_close(errors[[0, 2, 3]], alone, rtol=1e-3, atol=0)
     assert float(errors[1]) == pytest.approx(width, rel=0.1)
+
+
+@pytest.mark.parametrize("beyond", [0.0, 0.3, 1.0, 5.0, 30.0, 99.0, 101.0, 1e5])
+def test_the_second_moment_of_a_normal_distribution_cut_off_is_that_of_a_sum(beyond: float) -> None:
+    reach = 40.0 / (1.0 + beyond)
+    x = torch.linspace(0.0, reach, 400_001, dtype=torch.float64)
+    density = torch.exp(-beyond * x - x.square() / 2)
+    expected = torch.trapezoid(x.square() * density, x) / torch.trapezoid(density, x)
+    found = _second_moment(torch.tensor(beyond, dtype=torch.float64))
+    assert float(found) == pytest.approx(float(expected), rel=1e-3)
+
+
+def test_a_bound_hides_no_uncertainty() -> None:
+    """A time constant near its bound: half of the fits end there, and what goes with it may yet be what it is a little inside."""
+    truth, amplitudes, count = 24.0, (1.0, 0.3), 200
+    generator, target = Generator().manual_seed(8), planted((truth,), amplitudes) / SIGMA
+    inside, held, as_if_known = [], 0, []
+    for _ in range(count):
+        found = fit(lambda t: decays(t) / SIGMA, target + white(generator), at(10.0), prior=Prior(*torch.zeros(2, 1, dtype=torch.float64)))
+        off = (found.amplitudes - torch.tensor(amplitudes, dtype=torch.float64)).abs()
+        known = torch.linalg.inv(found.columns.mT @ found.columns).diagonal().sqrt()
+        at_bound = bool(found.edge.any())
+        held += at_bound
+        inside.append(off < 1.96 * found.covariance().diagonal()[1:].sqrt())
+        as_if_known += [off < 1.96 * known] if at_bound else []
+    assert held > count / 5
+    assert float(torch.stack(as_if_known).double().mean()) < 0.8, "what error bars for a known time constant would cover"
+    covered = torch.stack(inside).double().mean(0)
+    assert bool((covered >= 0.9).all()), covered

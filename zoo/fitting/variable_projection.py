@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from dataclasses import dataclass
 from typing import NamedTuple
@@ -26,6 +27,7 @@ class Fit:
         residual: (N,) y − Φa.
         columns: (N, K) Φ at the solution, weighted.
         tangent: (N, P) dΦ/dθ·a at the solution, weighted; zero for a parameter that its bound holds back.
+        edge: (N, P) the same of those that are held back, zero for all others.
         plain: (N, K+P) both before they were weighted.
         moves: (P, K) whether a column depends on a parameter.
         cost: sum of squared residuals.
@@ -38,6 +40,7 @@ class Fit:
     residual: Tensor
     columns: Tensor
     tangent: Tensor
+    edge: Tensor
     plain: Tensor
     moves: Tensor
     cost: float
@@ -51,21 +54,22 @@ class Fit:
 
     @property
     def jacobian(self) -> Tensor:
-        """(N, P+K) by (θ, amplitudes), weighted."""
-        return torch.cat([self.tangent, self.columns], dim=1)
+        """(N, P+K) by (θ, amplitudes), weighted, as if there were no bounds."""
+        return torch.cat([self.tangent + self.edge, self.columns], dim=1)
 
     def covariance(self, expected: Tensor | None = None, pieces: int = 24) -> Tensor:
         """(P+K, P+K) covariance of (θ, amplitudes) that allows for correlated residuals.
 
         Scores are summed over consecutive pieces before they are squared (cluster-robust sandwich, Liang & Zeger 1986), so that a correlation shorter
-        than a piece widens the errors as it should; never smaller than the ordinary formula.
+        than a piece widens the errors as it should; never smaller than the ordinary formula. A parameter that its bound holds back may lie within it by
+        as much as the likelihood allows.
 
         Args:
             expected: (P+K, P+K) covariance of the scores Jᵀr that the noise would give; errors are never smaller than it makes them.
             pieces: how many.
         """
         jacobian = self.jacobian
-        known = torch.nn.functional.pad(self.prior.weight.to(jacobian), (0, len(self.amplitudes)))
+        known = torch.nn.functional.pad(self.prior.weight.to(jacobian) + self._held(), (0, len(self.amplitudes)))
         norm = jacobian.norm(dim=0)
         known = torch.where(norm > 0, known, 0.0)
         unit = (norm.square() + known).sqrt().clamp_min(1e-300)  # of what each is known by: a prior may be all there is
@@ -76,6 +80,7 @@ class Fit:
         scores = torch.stack(
             [(part * rest.unsqueeze(1)).sum(0) for part, rest in zip(scaled.chunk(pieces), self.residual.chunk(pieces), strict=True)]
         )
+        scores = scores - scores.mean(dim=0)  # where a bound holds, they all push
         robust = inverse @ (scores.mT @ scores) @ inverse * (pieces / (pieces - 1))
         wide = robust.diagonal()
         if expected is not None:
@@ -83,6 +88,33 @@ class Fit:
         inflate = (wide / plain.diagonal().clamp_min(1e-300)).clamp_min(1.0).sqrt()
         unit = torch.where(norm > 0, unit, torch.nan)  # no influence, no error bar
         return plain * inflate.unsqueeze(0) * inflate.unsqueeze(1) / unit.unsqueeze(0) / unit.unsqueeze(1)
+
+    def _held(self) -> Tensor:
+        """(P,) what a bound adds to what is known of each parameter, as one over a variance.
+
+        Where χ² rises by 2gδ + hδ² at a distance δ from the bound, everything else refitted, that of δ is the second moment of a normal distribution
+        of mean −g/h and variance 1/h cut off at 0: 1/h for g = 0, 2/g² where the bound is pressed against hard.
+        """
+        added = torch.zeros_like(self.theta)
+        slopes = (self.edge.mT @ self.residual + self.prior.slope(self.theta)).abs()
+        for i in self.edge.any(dim=0).nonzero().flatten().tolist():
+            others = self.edge.clone()
+            others[:, i] = 0.0
+            left = project(torch.cat([self.columns, self.tangent, others], dim=1), self.edge[:, i]).cost
+            steep = left + self.prior.weight.to(left)[i]
+            pressed = slopes[i] / steep.sqrt()
+            added[i] = steep / _second_moment(pressed) - steep
+        return added
+
+
+HARD = 100.0
+"""Standard deviations beyond which a cut-off normal distribution is taken for an exponential one."""
+
+
+def _second_moment(beyond: Tensor) -> Tensor:
+    """E[x²] over x > 0 of a normal distribution of unit variance whose mean is so far below 0."""
+    hazard = math.sqrt(2.0 / math.pi) / torch.special.erfcx(beyond / math.sqrt(2.0))
+    return torch.where(beyond > HARD, 2.0 / beyond.square(), 1.0 + beyond * (beyond - hazard))
 
 
 def _as_they_are(columns: Tensor) -> Tensor:
@@ -128,7 +160,8 @@ def fit(
             break
     found, inside = here.solution, ~_blocked(theta, here.tangent.mT @ here.solution.residual + prior.slope(theta))
     plain = torch.cat([here.plain[:, : here.columns.shape[1]], here.plain[:, here.columns.shape[1] :] * inside], dim=1)
-    return Fit(theta, found.amplitudes, found.residual, here.columns, here.tangent * inside, plain, here.moves, float(found.cost), prior, taken)
+    free, edge = here.tangent * inside, here.tangent * ~inside
+    return Fit(theta, found.amplitudes, found.residual, here.columns, free, edge, plain, here.moves, float(found.cost), prior, taken)
 
 
 class _Linear(NamedTuple):
