@@ -61,7 +61,7 @@ class Fit:
         """(P+K, P+K) covariance of (θ, amplitudes) that allows for correlated residuals.
 
         Scores are summed over consecutive pieces before they are squared (cluster-robust sandwich, Liang & Zeger 1986), so that a correlation shorter
-        than a piece widens the errors as it should; never smaller than the ordinary formula. A parameter that its bound holds back may lie within it by
+        than a piece widens the errors as it should; never smaller than the ordinary formula. A parameter that its bound holds back may lie within by
         as much as the likelihood allows.
 
         Args:
