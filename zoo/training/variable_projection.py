@@ -24,6 +24,8 @@ from zoo.training.first_shapes import first_theta
 class VariableProjection:
     """Optimizer of models that are sums of effects."""
 
+    follows_device = True
+
     def __init__(self, iterations: int = 30) -> None:
         """Remember.
 
