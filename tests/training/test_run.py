@@ -282,7 +282,13 @@ def test_lightning_is_quiet_and_its_loggers_are_put_back(make_run, tmp_path, cap
 @pytest.mark.skipif(not torch.cuda.is_available(), reason="needs CUDA")
 @pytest.mark.parametrize(
     ("model", "optimizer"),
-    [("polynomial", "least_squares"), ("ls_svm", "dual_solve"), ("takagi_sugeno", "gustafson_kessel"), ("graybox", "variable_projection")],
+    [
+        ("polynomial", "least_squares"),
+        ("ls_svm", "dual_solve"),
+        ("takagi_sugeno", "gustafson_kessel"),
+        ("graybox", "variable_projection"),
+        ("hybrid", "alternating"),
+    ],
 )
 def test_a_fit_of_its_own_follows_the_device(make_run, tmp_path, model, optimizer) -> None:
     runs, found = [make_run(bend=0.5, noise=0.02)], []

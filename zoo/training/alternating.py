@@ -44,6 +44,8 @@ class Alternating:
     network is Levenberg–Marquardt from where its weights are. Both lower the same χ², that of the block means under the runs' noise.
     """
 
+    follows_device = True
+
     def __init__(self, rounds: int = 20, steps: int = 50, first_steps: int = 200, draw: bool = True) -> None:
         """Remember.
 
