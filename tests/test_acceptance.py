@@ -73,7 +73,9 @@ def test_a_gyro_with_something_hidden(case) -> None:
 
 @pytest.mark.parametrize("case", ["b", "d", "h"])
 def test_a_gyro_with_something_hidden_in_means_over_100_s(case) -> None:
-    """The thinned copies, so that this is tested on every machine; see tests/golden/README.md."""
+    """The thinned copies, where there is nothing else, so that this is tested on every machine; see tests/golden/README.md."""
+    if (SHARED / "mystery" / case).is_dir():
+        pytest.skip("judged at full length")
     runs = read_runs([GOLDEN / f"mystery_{case}_run_{number}.csv.gz" for number in (1, 2, 3)])
     assert [run.blocks for run in runs] == [516, 420, 360]
     judge(case, refined(runs, read_runs(GOLDEN / f"mystery_{case}_check.csv.gz")), 1.2)
