@@ -103,8 +103,7 @@ def test_a_free_function_is_weighed_at_the_coil_that_suits_it(planted, base, whi
     lagging = fitted.fit.theta.clone()
     lagging[0] = 0.9
     for solved, least, most in ((fitted, -1.0, 5.0), (bench.moved(fitted, lagging), SIGNIFICANT, math.inf)):
-        own = {words: torch.cat([solved.fit.plain, free], dim=1) for words, free in free_functions(bench, solved).items()}
-        here = {words: worth(bench, solved, columns).evidence for words, columns in own.items()}
+        here = {words: worth(bench, solved, free).evidence for words, free in free_functions(bench, solved).items()}
         there = {words: one.evidence for words, one in anywhere(bench, solved).items()}
         assert all(there[words] > evidence - 1.0 for words, evidence in here.items()), "its own coil is one of them"
         assert max(there, key=lambda words: there[words]) == "the highest temperature so far"
@@ -116,9 +115,9 @@ def test_columns_are_worth_the_orders_that_are_called_for(planted, base, white, 
     """What is linear in the size of the rate costs one order, and any basis of the same polynomials finds it."""
     bench = planted(lambda run, coil: 0.8 * white * torch.gradient(coil, spacing=(run.time,))[0].abs() * 60.0, seed)
     solved = bench.solve(tuple(base))
-    own, free = solved.fit.plain, free_functions(bench, solved)["the size of the temperature rate, not its sign"]
+    free = free_functions(bench, solved)["the size of the temperature rate, not its sign"]
     mixed = free @ torch.triu(torch.ones(free.shape[1], free.shape[1], dtype=free.dtype))
-    first, found, other = (worth(bench, solved, torch.cat([own, columns], dim=1)) for columns in (free[:, :1], free, mixed))
+    first, found, other = (worth(bench, solved, columns) for columns in (free[:, :1], free, mixed))
     assert first.evidence - math.log(2.0) - 1.0 < found.evidence, "and the noise may be chosen beside all of them"
     assert other == pytest.approx(found, abs=1e-3)
 

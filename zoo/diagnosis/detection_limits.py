@@ -24,6 +24,8 @@ QUANTILE = 1.2816
 SMALLEST, LARGEST = 0.1, 10.0
 """Sizes that a missing effect may have, every factor as likely as any other [white noise of a mean over 10 s]."""
 REFERENCE_S = 10.0
+ABSORBED = 1e-6
+"""Share of a column outside what the model can absorb below which that is rounding."""
 
 
 @dataclass(frozen=True)
@@ -70,9 +72,15 @@ def detection_limits(bench: Workbench, final: Solved, names: list[str]) -> dict[
 
 
 def _size_of_one_sigma(bench: Workbench, beside: Beside, name: str, shapes: Tensor) -> Tensor:
-    """(G, K) half of peak to peak of each column of an effect where it is one standard deviation of its own amplitude [unit]."""
+    """(G, K) half of peak to peak of each column of an effect where it is one standard deviation of its own amplitude [unit].
+
+    Infinite where the model absorbs it; without columns that no run has anything of, such as those of a third run where there are two.
+    """
     effect = bench.effects[name]
     plain = beside.design.effect_columns(effect, beside.places, shapes, lambda columns: columns)
-    left = complement(beside.whitener(plain), beside.basis).square().sum(dim=-2).sqrt()
+    white = beside.whitener(plain)
+    left = complement(white, beside.basis).norm(dim=-2)
     height = 0.5 * (plain.amax(dim=-2) - plain.amin(dim=-2))
-    return torch.where(height > 0, height / left, torch.inf)
+    sizes = torch.where((height > 0) & (left > ABSORBED * white.norm(dim=-2)), height / left, torch.inf)
+    filled = (plain != 0).any(dim=-2).any(dim=0)
+    return sizes[:, filled] if bool(filled.any()) else sizes

@@ -108,6 +108,7 @@ class FormBench:
         self._look_at(simplest([self.refit(one) for one in [*self._leading(), *often]]).solved)
         best = simplest([*self._refitted.values(), *(self.refit(one) for one in self._leading())])
         self._look_at(best.solved)
+        self.bench.effects[best.effect.name] = best.effect  # the look may have left the same form over another range there
         return replace(best, solved=self.bench.finish(best.solved))
 
     def _leading(self) -> list[Tried]:

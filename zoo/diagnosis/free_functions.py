@@ -147,22 +147,21 @@ def anywhere(bench: Workbench, solved: Solved) -> dict[str, Freed]:
     _, whitener = bench.mixtures.whitener(solved.likely.place)
     target = whitener(solved.design.error.unsqueeze(1)).squeeze(1)
     own = free_functions(bench, solved)
-    best: dict[str, tuple[float, Tensor]] = {}
+    best: dict[str, tuple[float, Solved, Tensor]] = {}
     for there in [solved, *(bench.moved(solved, coil.theta) for coil in solved.elsewhere.some)]:
         for words, free in (own if there is solved else free_functions(bench, there)).items():
-            columns = torch.cat([there.fit.plain, free], dim=1)
-            cost = float(project(whitener(columns), target).cost)
+            cost = float(project(whitener(torch.cat([there.fit.plain, free], dim=1)), target).cost) + there.fit.moved
             if words not in best or cost < best[words][0]:
-                best[words] = cost, columns
+                best[words] = cost, there, free
     found = {}
-    for words, (_, suited) in best.items():
+    for words, (_, there, free) in best.items():
         # Under the noise that suits it, the coil of least χ² need not be the likeliest.
-        here = [torch.cat([solved.fit.plain, own[words]], dim=1)] if words in own else []
-        found[words] = max(worth(bench, solved, columns) for columns in [suited, *here])
+        tried = [(there, free), *([(solved, own[words])] if words in own else [])]
+        found[words] = max(worth(bench, solved, columns, coil) for coil, columns in tried)
     return found
 
 
-def worth(bench: Workbench, solved: Solved, columns: Tensor) -> Freed:
+def worth(bench: Workbench, solved: Solved, free: Tensor, there: Solved | None = None) -> Freed:
     """What further columns are worth beside a model: all of them, or those up to the order that the runs call for.
 
     A named effect is judged by those of its amplitudes that are called for; what may take its place is judged alike. Else what is proportional to the
@@ -172,14 +171,17 @@ def worth(bench: Workbench, solved: Solved, columns: Tensor) -> Freed:
     Args:
         bench: the runs.
         solved: the model.
-        columns: (N, K) block means, the model's own first, at whatever coil.
+        free: (N, K) block means.
+        there: the model at the coil that they are taken at; by default as it is.
     """
-    price, own = math.log(bench.effective_samples), solved.fit.plain.shape[1]
+    coil = there or solved
+    columns = torch.cat([coil.fit.plain, free], dim=1)
+    price, own, further = math.log(bench.effective_samples), coil.fit.plain.shape[1], 0.5 * (coil.fit.moved - solved.fit.moved)
     likely = bench.mixtures.most_likely(columns, solved.design.error, solved.likely.place)
     white = bench.mixtures.whitener(likely.place)[1](torch.cat([columns, solved.design.error.unsqueeze(1)], dim=1))
     white = white * (bench.mixtures.white / likely.noise.white)
     costs = [float(project(white[:, :count], white[:, -1]).cost) for count in range(own + 1, white.shape[1])]
-    gains = [likely.logarithm - solved.likely.logarithm - 0.5 * (cost - costs[-1]) for cost in costs]
+    gains = [likely.logarithm - solved.likely.logarithm - further - 0.5 * (cost - costs[-1]) for cost in costs]
     whole = gains[-1] - 0.5 * len(gains) * price
     lower = [Freed(gain - order * (0.5 * price + math.log(2.0)), gain, whole) for order, gain in enumerate(gains, 1)]
     return max(*lower, Freed(whole, gains[-1], whole))

@@ -17,7 +17,7 @@ class Trimmed:
 
     Attributes:
         gain: by how much χ² grew.
-        freedom: parameters that are left.
+        freedom: parameters that are left, of those that a column depends on.
         choices: logarithm of the number of ways to keep as many amplitudes of each effect.
     """
 
@@ -26,17 +26,17 @@ class Trimmed:
     choices: float
 
 
-def trimmed(whitened: Tensor, target: Tensor, moves: Tensor, effects: list[list[int]], price: float) -> Trimmed:
+def trimmed(whitened: Tensor, target: Tensor, moves: Tensor, given: list[list[int]], price: float) -> Trimmed:
     """Leave out, one at a time, the amplitudes that lower χ² by less than they cost, but one of each effect (backward elimination).
 
     A parameter of the shape goes when the last column does that depends on it. An effect with three lines in temperature, of which the gyro has
-    one, is then judged as one line.
+    one, is then judged as one line. Columns without anything in them, such as those of a third run where there are two, are no choice.
 
     Args:
         whitened: (N, K+P) columns and tangents.
         target: (N,) whitened.
         moves: (P, K) whether a column depends on a parameter.
-        effects: places of the amplitudes of each effect that may be trimmed.
+        given: places of the amplitudes of each effect that may be trimmed.
         price: χ² that a parameter must be worth.
     """
     norm = whitened.norm(dim=0).clamp_min(1e-300)
@@ -44,6 +44,9 @@ def trimmed(whitened: Tensor, target: Tensor, moves: Tensor, effects: list[list[
     gram, right = scaled.mT @ scaled, scaled.mT @ target
     amplitudes = moves.shape[1]
     present = [i for i in range(whitened.shape[1]) if i < amplitudes or bool(moves[i - amplitudes].any())]
+    effects = [[column for column in places if bool(whitened[:, column].any())] or places[:1] for places in given]
+    dead = {column for places in given for column in places} - {column for places in effects for column in places}
+    present = [i for i in present if i not in dead]
     kept, gain = [list(places) for places in effects], 0.0
     while True:
         trials = {column: _without(present, column, moves) for places in kept if len(places) > 1 for column in places}

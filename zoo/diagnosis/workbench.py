@@ -99,14 +99,19 @@ class Solved:
             at += len(effect.amplitudes)
         return found
 
-    def trimmed(self, effects: list[list[int]], price: float) -> tuple[float, int, float]:
-        """χ² lost, parameters left and logarithm of the choices when the columns of some effects are trimmed under the likeliest noise."""
-        if not any(len(places) > 1 for places in effects):
+    def trimmed(self, effects: dict[str, list[int]], price: float) -> tuple[float, int, float]:
+        """χ² lost, parameters left and logarithm of the choices when the columns of some effects are trimmed under the likeliest noise.
+
+        A parameter on which nothing depends where it is, such as the number of a run, is not left out but with the columns of its own effect.
+        """
+        several = {name: places for name, places in effects.items() if len(places) > 1}
+        if not several:
             return 0.0, self.freedom, 0.0
+        resting = [owner for (owner, _), moves in zip(self.model.parameters_of_theta(), self.fit.moves, strict=True) if not bool(moves.any())]
         white = self.mixtures.whitener(self.likely.place)[1](torch.cat([self.fit.plain, self.design.error.unsqueeze(1)], dim=1))
         white = white * (self.mixtures.white / self.likely.noise.white)
-        found = trimmed(white[:, :-1], white[:, -1], self.fit.moves, effects, price)
-        return found.gain, found.freedom, found.choices
+        found = trimmed(white[:, :-1], white[:, -1], self.fit.moves, list(effects.values()), price)
+        return found.gain, found.freedom + sum(owner not in several for owner in resting), found.choices
 
     @property
     def plain_columns(self) -> Tensor:
@@ -300,8 +305,12 @@ class Workbench:
 
     @cached_property
     def effective_samples(self) -> float:
-        """How many independent block means the runs are worth, under the noise that fits are weighted with."""
-        return effective_samples(self.noise, self.mixtures.runs)
+        """How many independent block means the runs are worth under the noise that gyros usually have.
+
+        A parameter costs the same whatever noise a search comes to: with that of a gyro that walks, six hundred blocks would count as six, and what
+        chance explains of them would be cheap.
+        """
+        return effective_samples(assumed(self.mixtures.white, self.runs), self.mixtures.runs)
 
     def evidence(self, less: Solved, more: Solved) -> float:
         """Log Bayes factor of one model over another, usually a smaller one, each under the noise that suits it best.
@@ -318,8 +327,8 @@ class Workbench:
         if key not in solved.worths:
             price = math.log(self.effective_samples)
             optional = {name: places for name, places in solved.places().items() if name not in common}
-            gain, freedom, choices = solved.trimmed(list(optional.values()), price)
-            solved.worths[key] = solved.likely.logarithm - 0.5 * gain - 0.5 * freedom * price - choices
+            gain, freedom, choices = solved.trimmed(optional, price)
+            solved.worths[key] = solved.likely.logarithm - 0.5 * (gain + solved.fit.moved) - 0.5 * freedom * price - choices
         return solved.worths[key]
 
     def noise_floor(self, solved: Solved) -> float:

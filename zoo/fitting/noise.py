@@ -36,7 +36,7 @@ def noise_of(runs: list[Run]) -> NoiseModel:
     blocks = [run.block_mean(run.error) for run in runs]
     coarse = white_level(blocks, kept=STILL)
     fine = _fine_level(runs)
-    white = fine if math.isfinite(fine) and abs(fine / coarse - 1.0) < AGREEMENT else coarse
+    white = fine if math.isfinite(fine) and abs(fine - coarse) < AGREEMENT * coarse else coarse
     return assumed(white, runs)
 
 

@@ -15,6 +15,11 @@ from zoo.fitting.projection import Projection, project
 
 STEP = 1e-4
 DAMPINGS = (1e-4, 1e-2, 1.0, 100.0)
+RANK = 1e-12
+"""Information along some direction over that along the best known, both of unit columns, below which it is rounding."""
+WEAKEST = 3.0
+"""How far in standard deviations of the noise the whole range of a parameter must move a model to count as a freedom. To first order it has no
+bounds: by many times its range, a weaker one would account for anything that goes with it."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -26,8 +31,8 @@ class Fit:
         amplitudes: (K,).
         residual: (N,) y − Φa.
         columns: (N, K) Φ at the solution, weighted.
-        tangent: (N, P) dΦ/dθ·a at the solution, weighted; zero for a parameter that its bound holds back.
-        edge: (N, P) the same of those that are held back, zero for all others.
+        tangent: (N, P) dΦ/dθ·a at the solution, weighted; zero for a parameter that its bound holds back, or that hardly matters within its bounds.
+        edge: (N, P) the same of those, zero for all others.
         plain: (N, K+P) both before they were weighted.
         moves: (P, K) whether a column depends on a parameter.
         cost: sum of squared residuals.
@@ -48,9 +53,14 @@ class Fit:
     iterations: int
 
     @property
+    def moved(self) -> float:
+        """What the prior charges for where θ is, as χ²."""
+        return float(self.prior.cost(self.theta))
+
+    @property
     def total(self) -> float:
         """What was made least."""
-        return self.cost + float(self.prior.cost(self.theta))
+        return self.cost + self.moved
 
     @property
     def jacobian(self) -> Tensor:
@@ -62,7 +72,7 @@ class Fit:
 
         Scores are summed over consecutive pieces before they are squared (cluster-robust sandwich, Liang & Zeger 1986), so that a correlation shorter
         than a piece widens the errors as it should; never smaller than the ordinary formula. A parameter that its bound holds back may lie within by
-        as much as the likelihood allows.
+        as much as the likelihood allows. Not a number for what has no influence, or none that others could not have as well.
 
         Args:
             expected: (P+K, P+K) covariance of the scores Jᵀr that the noise would give; errors are never smaller than it makes them.
@@ -74,7 +84,10 @@ class Fit:
         known = torch.where(norm > 0, known, 0.0)
         unit = (norm.square() + known).sqrt().clamp_min(1e-300)  # of what each is known by: a prior may be all there is
         scaled = jacobian / unit
-        inverse = torch.linalg.pinv(scaled.mT @ scaled + torch.diag((known.sqrt() / unit).square()), hermitian=True, rtol=1e-12)
+        values, ways = torch.linalg.eigh(scaled.mT @ scaled + torch.diag((known.sqrt() / unit).square()))
+        seen = values > RANK * values.max()
+        inverse = (ways[:, seen] / values[seen]) @ ways[:, seen].mT
+        together = (ways[:, ~seen].abs() > 1e-6).any(dim=1)
         dof = max(len(self.residual) - jacobian.shape[1], 1)
         plain = inverse * max(self.cost / dof, 1.0)
         scores = torch.stack(
@@ -86,7 +99,7 @@ class Fit:
         if expected is not None:
             wide = torch.maximum(wide, (inverse @ (expected / unit.unsqueeze(0) / unit.unsqueeze(1)) @ inverse).diagonal())
         inflate = (wide / plain.diagonal().clamp_min(1e-300)).clamp_min(1.0).sqrt()
-        unit = torch.where(norm > 0, unit, torch.nan)  # no influence, no error bar
+        unit = torch.where((norm > 0) & ~together, unit, torch.nan)
         return plain * inflate.unsqueeze(0) * inflate.unsqueeze(1) / unit.unsqueeze(0) / unit.unsqueeze(1)
 
     def _held(self) -> Tensor:
@@ -158,7 +171,8 @@ def fit(
         here = _linearise(columns, weigh, target, theta)
         if gain < tolerance * 100 * float(here.solution.cost) / target.numel():
             break
-    found, inside = here.solution, ~_blocked(theta, here.tangent.mT @ here.solution.residual + prior.slope(theta))
+    found, slope = here.solution, here.tangent.mT @ here.solution.residual + prior.slope(theta)
+    inside = ~_blocked(theta, slope) & (here.tangent.norm(dim=0) >= WEAKEST)
     plain = torch.cat([here.plain[:, : here.columns.shape[1]], here.plain[:, here.columns.shape[1] :] * inside], dim=1)
     free, edge = here.tangent * inside, here.tangent * ~inside
     return Fit(theta, found.amplitudes, found.residual, here.columns, free, edge, plain, here.moves, float(found.cost), prior, taken)

@@ -92,7 +92,8 @@ def _step(run: Run) -> float:
 
 def _thinned(run: Run, name: str) -> Tensor:
     """(M,) means of a thermometer over some minutes, so that its resolution does not matter."""
-    means, count = run.block_mean(run.column(name)).cpu(), round(_step(run) / run.average_s)
+    means = run.block_mean(run.column(name)).cpu()
+    count = min(round(_step(run) / run.average_s), len(means))
     return means[: len(means) // count * count].reshape(-1, count).mean(dim=1)
 
 
