@@ -74,6 +74,11 @@ def lowest_temperature(self: Any, history: History) -> Tensor:
     return torch.cummin(history.temperature, dim=-1).values
 
 
+def summed_temperature(self: Any, history: History) -> Tensor:
+    """The temperature above 20 °C, summed over time since the run's start [K h]."""
+    return ((history.temperature - 20) * torch.diff(history.time, prepend=history.time[:1]) / 3600).cumsum(dim=-1)
+
+
 def true_input(self: Any, history: History) -> Tensor:
     """The true input [output's unit]."""
     return history.reference
@@ -129,6 +134,7 @@ AT_THE_COIL = (
     Quantity("the lowest temperature so far", "min T", "°C", lowest_temperature),
     LASTING,
     Quantity("the change of the temperature rate", "Δ(dT/dt)", "K/min", bend, signed=True),
+    Quantity("the temperature summed over time", "∫T dt", "K h", summed_temperature, signed=True),
     Quantity("the time since heating and cooling last changed places", "t_turn", "h", since_turn),
     INPUT,
 )
