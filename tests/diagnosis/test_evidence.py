@@ -179,15 +179,17 @@ def test_the_onset_of_a_step_is_screened_to_a_sample(diagnosis, onset_h) -> None
 
 @pytest.mark.parametrize("hidden", ["bias_step", "polarization"])
 def test_all_that_is_said_of_a_candidate_is_from_one_round(diagnosis, hidden) -> None:
-    """Its numbers and its probability; the parameters of an effect that is added are those of the model that has it."""
+    """Its numbers; the parameters of an effect that is added are those of the model that has it. Its probability is that of all sets that have it."""
     found = diagnosis(hidden)
+    limits = found.record["detection_limits"].values()
+    weighed = hypotheses(found.search, found.structure, sum(limit["hidden"] for limit in limits) / len(limits))
     said = {one["effect"]: one for one in found.record["candidates"]}
     first = found.search.steps[0]
     assert first.chosen == hidden
     for trial in first.trials:
         one = said[trial.screened.name]
         assert one["beside"] == list(found.search.base.names)
-        assert one["probability"] == pytest.approx(posterior(first.trials)[trial.screened.name] * (1.0 - unknown(found.structure)))
+        assert one["probability"] == pytest.approx(sum(each.probability for each in weighed if trial.screened.name in each.effects))
         if trial.solved is not None:
             assert (one["rms"], one["delta_bic"]) == (trial.solved.rms, pytest.approx(-2 * trial.evidence))
     assert said[hidden]["parameters"] == found.record["parameters"][hidden]

@@ -95,6 +95,29 @@ def test_a_complete_model_says_what_could_hide() -> None:
     assert "most of all d, hardly to be seen in any size." in absorbed
 
 
+def test_a_complete_model_in_doubt_says_of_what() -> None:
+    def said(nothing: float, missing: float, unknown: float) -> str:
+        listed = [("complete", [], nothing), ("missing", ["aging"], missing), ("unknown", [], unknown)]
+        posterior = [{"hypothesis": kind, "effects": effects, "probability": chance} for kind, effects, chance in listed]
+        return words({"verdict": "complete", "posterior": posterior, "candidates": [{"effect": "aging", "probability": missing}]})
+
+    assert "The model is complete." in said(0.6, 0.3, 0.1)
+    assert "No effect has to be added." in said(0.4, 0.3, 0.3), "nothing is as likely as anything"
+    assert "The model may be complete." in said(0.2, 0.46, 0.1)
+    assert "aging may be missing (46 %), on too little evidence" in said(0.2, 0.46, 0.1)
+    assert "something unknown may be missing (45 %)" in said(0.3, 0.25, 0.45)
+
+
+def test_a_trained_model_that_does_not_fit_is_not_called_complete() -> None:
+    """With other weights it would: nothing physical is missing, and yet nobody would fly it."""
+    bad: Record = {"verdict": "complete", "model": {"name": "bp"}, "rms": 1.2, "noise_floor": 0.06, "rms_uncompensated": 0.12}
+    assert "The model is complete" not in words(bad)
+    assert "It leaves 20.0× the noise floor" in words(bad)
+    assert "10.0× the error without any model." in words(bad)
+    assert "without any model" not in words({**bad, "rms_uncompensated": 2.0})
+    assert "The model is complete." in words({**bad, "rms": 0.06})
+
+
 def test_the_last_rms_is_of_the_last_fit() -> None:
     first = {"effect": "aging", "rms": 0.5}
     one: Record = {"effects": ["mohr"], "missing": ["aging"], "rms": 0.9, "rms_final": 0.3, "candidates": [first]}
@@ -112,6 +135,10 @@ def test_what_is_needed_beside_another_is_no_twin_of_it() -> None:
     assert "Missing: hysteresis or aging (77 %) and polarization." in text
     assert "cannot tell hysteresis from aging: compare both" in text
     assert words({**found, "missing": ["hysteresis", "aging", "polarization"]}).count("cannot tell") == 0
+    both = {**found, "missing": ["hysteresis"], "candidates": [twins, {"effect": "aging", "probability": 0.2}]}
+    assert "Missing: hysteresis, aging or polarization (97 %)." in words(both)
+    one = {**twins, "indistinguishable_from": ["aging"]}
+    assert "Missing: hysteresis or aging (97 %)." in words({**both, "candidates": [one, both["candidates"][1]]}), "either of them"
 
 
 def test_many_twins_are_counted_above_and_named_below() -> None:

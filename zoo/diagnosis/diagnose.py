@@ -16,7 +16,7 @@ from zoo.diagnosis.experiment.propose import propose
 from zoo.diagnosis.experiment.rivals import rivals_of
 from zoo.diagnosis.noise_likelihood import NoiseMixtures
 from zoo.diagnosis.parameters import fitted_parameters
-from zoo.diagnosis.posterior import hypotheses, posterior, unknown
+from zoo.diagnosis.posterior import Hypothesis, hypotheses, posterior, unknown
 from zoo.diagnosis.preparation import check_swing, without_spikes
 from zoo.diagnosis.regions import regions, runs_rms
 from zoo.diagnosis.search import Search, settle, what_helps
@@ -125,6 +125,7 @@ def diagnose(runs: list[Run], effects: list[str], catalogue: dict[str, Effect], 
     verdict = "unknown" if not structure.is_noise else "missing" if found.missing else "complete"
     floor = bench.noise_floor(found.final) if structure.is_noise else bench.mixtures.white
     limits = detection_limits(bench, found.final, [name for name in candidates if name not in found.final.names])
+    weighed = hypotheses(found, structure, sum(limit.hidden for limit in limits.values()) / max(len(limits), 1))
     record = {
         "schema_version": SCHEMA_VERSION,
         "effects": list(effects),
@@ -141,8 +142,8 @@ def diagnose(runs: list[Run], effects: list[str], catalogue: dict[str, Effect], 
         "rms_final": found.final.rms,
         "verdict": verdict,
         "missing": found.missing,
-        "posterior": _posterior(found, structure, limits),
-        "candidates": _candidates(bench, found, candidates, 1.0 - unknown(structure)),
+        "posterior": _posterior(weighed, structure),
+        "candidates": _candidates(bench, found, candidates, weighed),
         "detection_limits": {name: _limit(limit) for name, limit in limits.items()},
         "where": regions(bench.runs, base.residual, floor),
         "next_experiment": None,
@@ -173,42 +174,45 @@ def _limit(limit: Limit) -> dict[str, float | None]:
     return {"size": limit.size if math.isfinite(limit.size) else None, "hidden": limit.hidden}
 
 
-def _posterior(found: Search, structure: Structure, limits: dict[str, Limit]) -> list[dict[str, Any]]:
+def _posterior(weighed: list[Hypothesis], structure: Structure) -> list[dict[str, Any]]:
     """Hypotheses with their probabilities, likeliest first."""
-    hidden = sum(limit.hidden for limit in limits.values()) / max(len(limits), 1)
     listed = [
         {
             "hypothesis": "faint" if one.faint else "missing" if one.effects else "complete",
             "effects": list(one.effects),
             "probability": one.probability,
         }
-        for one in hypotheses(found, structure, hidden)[:LISTED]
+        for one in weighed[:LISTED]
     ]
     return sorted([*listed, {"hypothesis": "unknown", "effects": [], "probability": unknown(structure)}], key=lambda one: -one["probability"])
 
 
-def _candidates(bench: Workbench, found: Search, names: list[str], trust: float) -> list[dict[str, Any]]:
+def _candidates(bench: Workbench, found: Search, names: list[str], weighed: list[Hypothesis]) -> list[dict[str, Any]]:
     first = found.steps[0].trials if found.steps else []
+    chance = {name: sum(one.probability for one in weighed if name in one.effects) for name in names}
     strong = [trial.screened.name for trial in first[:COMPARED] if trial.refitted and trial.evidence > 0]
-    likely = {name for name in strong if posterior(first)[name] * trust > UNLIKELY} | set(found.missing)
+    likely = {name for name in strong if posterior(first)[name] > UNLIKELY} | set(found.missing)
     others = [name for name in names if name not in found.missing]
     entries = []
     for trial in first:
         name = trial.screened.name
-        entries.append(_candidate(bench, found, name, trust, others if name in likely else []))
+        entries.append(_candidate(bench, found, name, chance[name], others if name in likely else []))
     rank = {name: i for i, name in enumerate(found.missing)}
     return sorted(entries, key=lambda entry: (rank.get(entry["effect"], len(rank)), -entry["probability"], entry["delta_bic"]))
 
 
-def _candidate(bench: Workbench, found: Search, name: str, trust: float, compare_with: list[str]) -> dict[str, Any]:
-    """What is known of one candidate, all of it from one round of the search; parameters of an effect that was added are those of the final model."""
+def _candidate(bench: Workbench, found: Search, name: str, chance: float, compare_with: list[str]) -> dict[str, Any]:
+    """What is known of one candidate, from one round of the search; parameters of an effect that was added are those of the final model.
+
+    Its probability is that of all hypotheses together that have it.
+    """
     step = _round_for(found, name)
     trial = next(trial for trial in step.trials if trial.screened.name == name)
     solved = trial.solved or bench.peek(step.before, name, trial.screened.shape, trial.screened.start)
     effect = bench.effects[name]
     return {
         "effect": name,
-        "probability": posterior(step.trials)[name] * trust,
+        "probability": chance,
         "rms": solved.rms,
         "rms_cross_validated": rms_by_run(bench, solved),
         "delta_bic": -2.0 * bench.evidence(step.before, solved),

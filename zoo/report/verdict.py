@@ -16,6 +16,8 @@ NOTICEABLE = 0.02
 """Share by which the error on check runs must rise to be worth a word."""
 NEAR = 1.5
 """Fitted runs within so many times their noise floor may have been fitted too closely; beyond, the model is merely wrong."""
+DOUBTFUL = 0.3
+"""Probability from which on what may be missing is worth a word, where it is likelier than nothing."""
 NAMED = 2
 """More effects than so many that cannot be told from one are counted in the headline, and named below it."""
 
@@ -97,13 +99,37 @@ def verdict_of(diagnosis: Record, refinement: Record | None = None) -> Verdict:
         return _refined(diagnosis, refinement)
     kind = diagnosis.get("verdict")
     if kind == "complete":
-        left = _noise(excess(diagnosis.get("rms"), diagnosis.get("noise_floor")))
-        return Verdict("complete", "The model is complete", [f"What it leaves {left}", "No effect has to be added.", *what_could_hide(diagnosis)])
+        if (ratio := excess(diagnosis.get("rms"), diagnosis.get("noise_floor"))) and diagnosis.get("model") and ratio > NEAR:
+            return Verdict("complete", "No effect is missing, but the model does not fit these runs", _badly_trained(diagnosis, ratio))
+        left, doubt = _noise(ratio), _in_doubt(diagnosis)
+        headline = "The model may be complete" if doubt else "The model is complete"
+        return Verdict("complete", headline, [f"What it leaves {left}", doubt or "No effect has to be added.", *what_could_hide(diagnosis)])
     if kind == "missing":
         return Verdict("missing", f"Missing: {joined(_named(diagnosis))}", _what_missing_means(diagnosis))
     if kind == "unknown":
         return Verdict("unknown", "Unknown: nothing in the catalogue explains this", _what_unknown_means(diagnosis))
     return Verdict("none", "No verdict", ["There is no diagnosis of this model."])
+
+
+def _badly_trained(diagnosis: Record, ratio: float) -> list[str]:
+    """What to do with a trained model that could follow the runs and does not."""
+    sentences = [f"It leaves {times(ratio)} the noise floor, which the same model with other weights would reach."]
+    without = excess(diagnosis.get("rms"), diagnosis.get("rms_uncompensated"))
+    if without and without > 1.0:
+        sentences.append(f"That is {times(without)} the error without any model.")
+    return [*sentences, "Train it on these runs as well, with a larger network or for longer."]
+
+
+def _in_doubt(diagnosis: Record) -> str:
+    """What is likelier to be missing than nothing at all, though the evidence is too little to add it; empty where nothing is."""
+    listed = diagnosis.get("posterior") or []
+    chances = {one.get("hypothesis"): finite(one.get("probability")) or 0.0 for one in listed if not one.get("effects")}
+    nothing, unknown = max(chances.get("complete", 0.0), chances.get("faint", 0.0)), chances.get("unknown", 0.0)
+    known = [(finite(entry.get("probability")) or 0.0, str(entry.get("effect"))) for entry in diagnosis.get("candidates") or []]
+    likely, what = max([*known, (unknown, "something unknown")])
+    if not listed or likely <= max(nothing, DOUBTFUL):
+        return ""
+    return f"But {what} may be missing ({percent(likely)}), on too little evidence to be sure: another run would tell."
 
 
 def _noise(ratio: float | None) -> str:
@@ -119,16 +145,17 @@ def _twins(diagnosis: Record, name: str) -> list[str]:
 
 
 def _named(diagnosis: Record) -> list[str]:
-    """The missing effects, each with what cannot be told from it and with its probability."""
-    return [f"{_or_its_twins(name, _twins(diagnosis, name))}{_chance(candidate(diagnosis, name))}" for name in missing(diagnosis)]
+    """The missing effects, each with what cannot be told from it and with the probability that it is one of them."""
+    return [f"{_or_its_twins(name, _twins(diagnosis, name))}{_chance(diagnosis, [name, *_twins(diagnosis, name)])}" for name in missing(diagnosis)]
 
 
 def _or_its_twins(name: str, twins: list[str]) -> str:
     return joined([name, *twins], "or") if len(twins) <= NAMED else f"{name} or one of {len(twins)} like it"
 
 
-def _chance(entry: Record) -> str:
-    return f" ({percent(entry['probability'])})" if finite(entry.get("probability")) is not None else ""
+def _chance(diagnosis: Record, names: list[str]) -> str:
+    known = [chance for name in names if (chance := finite(candidate(diagnosis, name).get("probability"))) is not None]
+    return f" ({percent(min(sum(known), 1.0))})" if known else ""
 
 
 def _what_missing_means(diagnosis: Record) -> list[str]:
