@@ -15,6 +15,7 @@ from zoo.diagnosis.experiment.prediction import Predicted
 from zoo.diagnosis.experiment.proposal import _not_told
 from zoo.diagnosis.experiment.propose import ENOUGH, Weighed, _useful, choose, propose
 from zoo.diagnosis.experiment.rivals import rivals_of
+from zoo.diagnosis.parameters import fitted_parameters
 from zoo.diagnosis.search import Search, search
 from zoo.diagnosis.workbench import Solved, Workbench
 from zoo.measurements.run import Run
@@ -60,6 +61,9 @@ def test_it_is_ready_for_json_and_for_the_simulator(bench: Workbench, rivals: li
     assert [sum(piece) for piece in json.loads(told["profile.rates"])] == pytest.approx([sum(piece) for piece in record["profile"]["rates"]])
     assert told["thermometers"] == "2"
     assert told["hidden"] == "fixture_rotation"
+    fitted = fitted_parameters(next(one for one in rivals if "fixture_rotation" in one.names), "dph")["fixture_rotation"]
+    values = {f"+parameters.fixture_rotation.{name}": entry["value"] for name, entry in fitted.items()}
+    assert {key: float(value) for key, value in told.items() if key.startswith("+")} == pytest.approx(values, rel=1e-5)
 
 
 def test_nothing_is_proposed_for_one_explanation_or_for_two_that_are_the_same(bench: Workbench, rivals: list[Solved]) -> None:

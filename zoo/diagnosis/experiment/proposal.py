@@ -14,6 +14,7 @@ import torch
 
 from zoo.diagnosis.experiment.family import Candidate
 from zoo.diagnosis.experiment.prediction import Predicted
+from zoo.effects.base import Parameter
 from zoo.errors import InputError
 from zoo.units import UNITS, convert
 
@@ -34,6 +35,7 @@ class Proposal:
         difference: (N,) of the two leading explanations that it tells apart [unit].
         compared: names of these two.
         alternatives: the next best runs and their evidence.
+        fitted: what the first of them comes to on the runs at hand, by parameter [output's unit].
         model: effects of the model as it stands.
         enough: whether the evidence is as much as was asked for.
     """
@@ -45,6 +47,7 @@ class Proposal:
     predicted: Predicted
     difference: torch.Tensor
     compared: tuple[str, str]
+    fitted: tuple[tuple[Parameter, float], ...]
     alternatives: tuple[tuple[Candidate, float], ...]
     model: tuple[str, ...]
     enough: bool
@@ -83,9 +86,10 @@ class Proposal:
         return " ".join(sentences)
 
     def command(self) -> str:
-        """The run as a simulation, to try before the chamber is booked."""
+        """The run as a simulation, to try before the chamber is booked: of another gyro, whose hidden effect is that of the runs at hand."""
         one, run = self.candidate, self.predicted.run
         told = [f"effects=[{','.join(self.model)}]", f"hidden={self.compared[0]}", "runs=1", "profile=legs", f"profile.legs={_short(one.legs)}"]
+        told += [f"+parameters.{self.compared[0]}.{one.name}={self._in_dph(one, value):.6g}" for one, value in self.fitted if _is_rate(run.unit)]
         turns = self._turned().get("rates")
         if turns:
             told.append(f"profile.rates={_short(turns)}")
@@ -94,6 +98,10 @@ class Proposal:
             told.append(f"reference_dph={convert(usual, run.unit, 'dph'):g}")
         told += ["cold_start=true"] * (one.extra == "power_on") + [f"thermometers={len(run.thermometers)}"]
         return shlex.join(["fogzoo", "simulate", *told])
+
+    def _in_dph(self, parameter: Parameter, value: float) -> float:
+        """A fitted value as the simulator takes it."""
+        return convert(value, self.predicted.run.unit, "dph") if "unit" in parameter.unit else value
 
     def _turned(self) -> dict[str, Any]:
         """What a rate table adds to the usual true input, as `profile.rates` takes it [°/s, s]; for an output that is no rate, the input itself."""

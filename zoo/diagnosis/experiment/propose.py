@@ -13,6 +13,8 @@ from zoo.diagnosis.experiment.prediction import Predicted, predicted
 from zoo.diagnosis.experiment.proposal import Proposal
 from zoo.diagnosis.experiment.refit import told_by_refit
 from zoo.diagnosis.workbench import Solved, Workbench
+from zoo.effects.base import Parameter
+from zoo.effects.bounds import to_physical
 
 ENOUGH = 10.0
 """Expected log Bayes factor that settles a question (22 000 : 1)."""
@@ -171,7 +173,19 @@ def _proposal(old: Old, best: Weighed, weighed: Sequence[Weighed]) -> Proposal:
         predicted=replace(best.predicted, run=best.predicted.run.to("cpu")),
         difference=difference(old, best.answers, truth, other).cpu(),
         compared=(names[truth], names[other]),
+        fitted=_fitted(old.rivals[truth][0], names[truth]),
         alternatives=tuple((one.candidate, min(one.worth[pair] for pair in told)) for one in others[:ALTERNATIVES]),
         model=tuple(name for name in old.rivals[0][0].names if name in old.common),
         enough=evidence >= ENOUGH,
     )
+
+
+def _fitted(rival: Solved, name: str) -> tuple[tuple[Parameter, float], ...]:
+    """What one effect comes to beside the others; whole numbers, which are of the runs at hand, left out."""
+    found: list[tuple[Parameter, float]] = []
+    values = to_physical(rival.fit.theta, [one for _, one in rival.model.parameters_of_theta()]).tolist()
+    found += [(one, value) for (owner, one), value in zip(rival.model.parameters_of_theta(), values, strict=True) if owner == name]
+    for effect in (effect for owner, effect in rival.model.named_effects() if owner == name):
+        amplitudes = rival.fit.amplitudes[rival.places()[name]].tolist()
+        found += zip(effect.amplitudes, amplitudes, strict=True)
+    return tuple((one, value) for one, value in found if one.scale != "index")
