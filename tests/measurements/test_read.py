@@ -146,6 +146,17 @@ def test_a_longer_gap_can_be_allowed(tmp_path: Path) -> None:
     assert not any("gap" in note for note in read_runs(path, gap_s=60)[0].notes)
 
 
+def test_another_unit_than_the_one_expected_is_pointed_at(tmp_path: Path) -> None:
+    data = recording(2_000, 1.0)
+    assert not any("taken as" in note for note in read_runs(write_measurements(tmp_path / "a.csv", data))[0].notes)
+    kelvin = data | {"temperature_c": data["temperature_c"] + 273.15}
+    assert any(
+        "temperature_c reaches" in note and "taken as °C" in note for note in read_runs(write_measurements(tmp_path / "b.csv", kelvin))[0].notes
+    )
+    milliseconds = data | {"time_s": data["time_s"] * 10_000}
+    assert any("lasts 5553 h" in note for note in read_runs(write_measurements(tmp_path / "c.csv", milliseconds))[0].notes)
+
+
 def test_a_thin_block_stays_in_the_history_and_is_not_judged(tmp_path: Path) -> None:
     data = recording(1_000, 1.0)
     keep = np.r_[0:501, 530:1000]  # the block 500–599 s loses 29 rows at its start, which is a gap; then 4 blocks and 70 s remain

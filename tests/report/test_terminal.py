@@ -47,6 +47,14 @@ def test_names_are_no_markup(diagnosis: Record) -> None:
     assert "[red]x[/red]" in printed(diagnosis)
 
 
+def test_what_reading_noticed_and_how_long_the_means_are(diagnosis: Record) -> None:
+    diagnosis |= {"average_s": 50.0, "notes": [f"{len(diagnosis['runs'])} gap(s) in time", *(f"{run}: is hot" for run in diagnosis["runs"])]}
+    text = " ".join(printed(diagnosis).split())
+    assert "(means over 50 s)" in text
+    assert "gap(s) in time" in text
+    assert text.count("is hot") == 1, "the same of several runs is one note"
+
+
 def test_an_empty_diagnosis(diagnosis: Record) -> None:
     text = printed(dict.fromkeys(diagnosis))
     assert "No verdict" in text

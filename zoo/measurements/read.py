@@ -20,6 +20,8 @@ from zoo.measurements.table import chunks, column_names
 HEAD_ROWS = 100_000
 GAP_STEPS = 5.0
 _STARTUP_ROWS = 100
+LONGEST_S, HOTTEST_C = 60 * 86400.0, 150.0
+"""A longer run was written down in milliseconds, perhaps, and a hotter gyro in kelvins or °F."""
 
 
 def read_runs(
@@ -152,8 +154,19 @@ def _run(name: str, one: Layout, recording: Recording, length: float | None) -> 
         count=torch.from_numpy(fine.count),
         block=torch.from_numpy(block),
         rows=recording.rows,
-        notes=(*recording.notes, *_notes(recording, average, length, thin)),
+        notes=(*recording.notes, *_notes(recording, average, length, thin), *_implausible(recording, one, fine.mean)),
     )
+
+
+def _implausible(recording: Recording, one: Layout, table: np.ndarray) -> list[str]:
+    """What looks like another unit than the one that is expected, one sentence each."""
+    notes = []
+    if recording.span_s > LONGEST_S:
+        notes.append(f"the run lasts {recording.span_s / 3600:.0f} h; the time is taken as seconds")
+    for place, source in enumerate(one.inputs):
+        if source.name.startswith("temperature_") and (hottest := float(table[:, place].max())) > HOTTEST_C:
+            notes.append(f"{source.column} reaches {hottest:.0f}; it is taken as °C")
+    return notes
 
 
 def _notes(recording: Recording, average: float, length: float | None, thin: int) -> list[str]:

@@ -14,14 +14,15 @@ from rich.text import Text
 
 from zoo.report.experiment import experiment_line
 from zoo.report.floors import Floors
+from zoo.report.notes import merged
 from zoo.report.page import scale_of
 from zoo.report.probable import probable_line
 from zoo.report.tables import CandidateRow, candidate_rows, ladder_rows, region_rows
 from zoo.report.verdict import Record, Verdict, ladder, missing, rms_after, verdict_of
-from zoo.report.wording import Scale, joined
+from zoo.report.wording import Scale, finite, joined
 
 COLORS = {"complete": "green", "missing": "yellow", "unknown": "red", "none": "red"}
-CANDIDATES, REGIONS = 5, 3
+CANDIDATES, REGIONS, NOTES = 5, 3, 3
 BAR, INDENT = 10, 2
 UNLIMITED = 10_000
 LONGEST_COMMAND = 1500
@@ -48,6 +49,8 @@ def print_diagnosis(diagnosis: Record, commands: Sequence[str] = (), console: Co
             out.print(_indented(_first_that_fits(out, _candidate_tables(rows, scale)), 1))
             _print_twins(out, rows, diagnosis)
         _print_regions(out, diagnosis, scale)
+        for note in merged(diagnosis.get("notes") or [], diagnosis.get("runs") or [])[:NOTES]:
+            out.print(_indented(Text(note, style="dim")))
         _print_commands(out, [*commands, *_print_experiment(out, diagnosis.get("next_experiment"))])
 
 
@@ -99,7 +102,8 @@ def _print_numbers(out: Console, diagnosis: Record, scale: Scale) -> None:
     if names:
         parts.append(f"with {joined(names)} {scale.full(rms_after(diagnosis, []))}")
     parts.append(f"noise floor {scale.full(Floors.read(diagnosis).fitted)}")
-    out.print(_indented(Text(", ".join(parts))))
+    means = finite(diagnosis.get("average_s"))
+    out.print(_indented(Text(", ".join(parts) + ("" if means is None else f" (means over {means:g} s)"))))
     alternatives = probable_line(diagnosis)
     if alternatives:
         out.print(_indented(Text(alternatives)))
