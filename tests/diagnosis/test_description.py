@@ -14,10 +14,13 @@ from zoo.catalog import build
 from zoo.diagnosis.curve import fitted
 from zoo.diagnosis.description import describe
 from zoo.diagnosis.diagnose import open_bench
+from zoo.diagnosis.form_search import FormBench
 from zoo.diagnosis.free_functions import functions_of, weigh
 from zoo.diagnosis.refine import refine
 from zoo.diagnosis.restless import correlation_time
+from zoo.effects.bounds import to_physical
 from zoo.effects.checks import check_effect
+from zoo.models.graybox import GrayBox
 from zoo.physics.lag import lagged
 from zoo.report.unknown_stub import write_stub
 from zoo.simulator.in_process import as_run
@@ -183,3 +186,18 @@ def test_a_correlation_time_is_that_of_the_process() -> None:
         level = decay * level + one
         values.append(level)
     assert correlation_time([torch.tensor(values, dtype=torch.float64)]) == pytest.approx(10.0, rel=0.1)
+
+
+def test_the_form_that_is_chosen_is_the_one_that_was_fitted(runs, catalogue, base) -> None:
+    """Every look at the runs gives a form the range that its quantity has at the coil of the moment."""
+    bumped = []
+    for run in runs(""):
+        box = GrayBox({"mohr": catalogue["mohr"]}, list(run.columns))
+        history = box.histories(run.select(box.inputs), box.coil_value.detach(), 1)["coil"]
+        bumped.append(replace(run, error=run.error + 0.15 * torch.exp(-(((history.rate - 0.6) / 0.25) ** 2))))
+    bench = open_bench(bumped, base, catalogue)
+    best = FormBench(bench, bench.solve(tuple(base))).best()
+    solved, name = best.solved, best.effect.name
+    shape = to_physical(solved.fit.theta[-len(best.effect.shape) or len(solved.fit.theta) :], list(best.effect.shape)).unsqueeze(0)
+    own = solved.design.effect_columns(best.effect, solved.design.histories(solved.fit.theta), shape, lambda columns: columns)[0]
+    assert torch.allclose(own, solved.plain_columns[:, solved.places()[name]], rtol=0, atol=1e-9)

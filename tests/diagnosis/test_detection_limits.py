@@ -88,3 +88,22 @@ def test_an_effect_of_its_limit_is_found_nine_times_in_ten_and_one_of_half_of_it
 def _cost(columns, targets) -> Tensor:
     """Least squares left of each target (N, D) -> (D,); by gelsd, since the default reads what lies in memory (pytorch #187411)."""
     return (targets - columns @ torch.linalg.lstsq(columns, targets, driver="gelsd").solution).square().sum(dim=0)
+
+
+def test_runs_that_are_not_there_hide_nothing(limits, runs, catalogue, base) -> None:
+    """A line in one run has columns of its own for three more, in which nothing can be seen because there is nothing."""
+    bench = open_bench(runs("", runs=1), base, catalogue)
+    found = limits(bench, bench.solve(tuple(base)))["chamber_cycling"]
+    assert math.isfinite(found.size)
+    assert found.hidden < 0.5
+
+
+def test_what_a_constant_column_would_do_is_absorbed(limits, runs, catalogue, base) -> None:
+    """In a field that never changes, its sensitivity is the bias and its drift with temperature."""
+    still = []
+    for run in runs(""):
+        table = run.table.clone()
+        table[:, run.columns.index("field_ut")] = 48.3
+        still.append(replace(run, table=table))
+    bench = open_bench(still, base, catalogue)
+    assert limits(bench, bench.solve(tuple(base)))["magnetic"].size == math.inf

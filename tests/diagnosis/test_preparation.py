@@ -11,6 +11,7 @@ from zoo.catalog import build, names
 from zoo.diagnosis.diagnose import diagnose, open_bench
 from zoo.diagnosis.preparation import FEW_OUTLIERS, check_swing, without_outliers
 from zoo.errors import InputError
+from zoo.fitting.noise import noise_of
 
 TIMELESS = {"warm_up", "aging", "bias_step", "supply_voltage", "chamber_cycling", "dead_band"}
 """Effects of time and of recorded inputs."""
@@ -88,3 +89,11 @@ def test_outliers_that_fast_fringes_hide_are_found_behind_them(runs, catalogue, 
     assert (found.verdict, found.search.missing) == ("missing", ["polarization"])
     assert found.bench.runs[0].blocks == at_first - len(fast)
     assert f"{len(fast)} block(s) far off" in found.record["notes"][-1]
+
+
+@pytest.mark.parametrize("step", [0.5, 10.0])
+def test_an_output_in_coarse_steps_has_a_noise(runs, step) -> None:
+    """Half of its differences are exactly nothing, then."""
+    coarse = [replace(run, error=(run.error / step).round() * step + 0.01) for run in runs("")]
+    noise = noise_of(coarse)
+    assert 0 < noise.white < step

@@ -6,12 +6,15 @@ from collections.abc import Callable
 from dataclasses import replace
 
 import pytest
+import torch
+from torch import Generator
 
 from zoo.diagnosis.acceptance import convinces
 from zoo.diagnosis.diagnose import Diagnosis, diagnose, open_bench
 from zoo.diagnosis.posterior import hypotheses
 from zoo.diagnosis.search import Search, _drop, _single
 from zoo.diagnosis.trials import Step
+from zoo.models.graybox import GrayBox
 from zoo.simulator.in_process import as_run
 
 
@@ -127,3 +130,19 @@ def test_an_effect_that_is_in_the_model_from_the_start_is_fitted_as_well_as_one_
     added = open_bench(runs, [*base, name], catalogue)
     assert begun.fit.total <= added.add(added.solve(tuple(base)), name).fit.total + 1.0
     assert begun.rms < 1.1 * bench.mixtures.white
+
+
+@pytest.mark.parametrize(("per_rate", "slope"), [(0.012, 1e-4), (0.02, 2e-4)])
+def test_beside_a_base_that_leaves_the_coil_unknown_an_effect_is_seen(runs, catalogue, per_rate, slope) -> None:
+    """A gyro that was compensated: its coil's lag moves so small a slope by less than the noise, and must not stand for one of five times that."""
+    chance, planted = Generator().manual_seed(1), []
+    for run in runs(""):
+        coil = GrayBox({"mohr": catalogue["mohr"]}, list(run.columns))
+        history = coil.histories(run.select(coil.inputs), coil.coil_value.detach(), 1)["coil"]
+        noise = torch.randn(len(run.error), generator=chance, dtype=torch.float64) * 0.018 * (int((run.block >= 0).sum()) / run.blocks) ** 0.5
+        planted.append(replace(run, error=0.01 + slope * (history.temperature - 20) + per_rate * history.rate + noise))
+    found = diagnose(planted, ["static_bias"], catalogue)
+    assert found.verdict == "missing"
+    (named,) = found.search.missing
+    twins = next(one["indistinguishable_from"] for one in found.record["candidates"] if one["effect"] == named)
+    assert "mohr" in {named, *twins}

@@ -57,3 +57,12 @@ def test_what_may_not_be_trimmed_stays() -> None:
     whitened, target, moves = problem([0.0, 0.0, 0.0, 0.0])
     found = trimmed(whitened, target, moves, [], PRICE)
     assert (found.freedom, found.gain, found.choices) == (8, 0.0, 0.0)
+
+
+def test_columns_without_anything_are_neither_kept_nor_chosen_among() -> None:
+    """Those of a third and a fourth run, where there are two."""
+    whitened, target, moves = problem([1.0, -1.0, 0.0, 0.0])
+    whitened[:, [4, 5]] = 0.0
+    found = trimmed(whitened, target, moves, [[2, 3, 4, 5]], PRICE)
+    assert (found.gain, found.choices) == (0.0, 0.0)
+    assert found.freedom == 6, "four columns, and the parameters as far as they move one of these or another"

@@ -9,7 +9,9 @@ import pytest
 import torch
 from torch import Generator, Tensor
 
+from zoo.diagnosis.diagnose import open_bench
 from zoo.effects.base import Effect, History, Parameter, spread
+from zoo.scoring.noise import NoiseModel
 
 DRAWS = 60
 LARGEST = {1: 0.455, 3: 1.597}
@@ -57,3 +59,34 @@ def test_an_effect_of_pure_noise_costs_what_one_amplitude_does(diagnosis, monkey
     expected = 0.5 * LARGEST[count] - 0.5 * math.log(bench.effective_samples) - math.log(count)
     assert median(evidences) == pytest.approx(expected, abs=0.4)
     assert sum(evidence > 0 for evidence in evidences) < 0.1 * DRAWS
+
+
+def test_a_parameter_costs_the_same_whatever_noise_a_search_comes_to(diagnosis) -> None:
+    bench = diagnosis("").bench
+    white = bench.mixtures.white
+    walking = bench.with_noise(NoiseModel(white, 0.18 * white, 0.7 * white))
+    assert walking.effective_samples == bench.effective_samples > 0.5 * bench.blocks
+
+
+def test_where_the_coil_goes_is_charged_for(diagnosis) -> None:
+    """Of models that differ in one amplitude: the likelihoods, half the price of that, and what the prior says of where either has its coil."""
+    found = diagnosis("")
+    bench = found.bench
+    less = bench.solve(("static_bias", "shupe"))
+    more = bench.solve(("static_bias", "shupe", "mohr"))
+    gain = more.likely.logarithm - less.likely.logarithm - 0.5 * math.log(bench.effective_samples)
+    assert bench.evidence(less, more) == pytest.approx(gain - 0.5 * (more.fit.moved - less.fit.moved), abs=1e-9)
+    theta = less.fit.theta.clone()
+    theta[0] = 0.99
+    far = bench.moved(less, theta)
+    assert far.fit.moved > less.fit.moved + 5.0, "a lag of two hours is no coil's"
+
+
+def test_a_parameter_that_rests_is_paid_for_on_both_sides(runs, catalogue, base) -> None:
+    """The number of the run of a step moves nothing where it is: what is added beside the step gets no discount for it."""
+    bench = open_bench(runs("bias_step"), base, catalogue)
+    step = bench.add(bench.begin(tuple(base)), "bias_step")
+    assert not bool(step.fit.moves.any(dim=1).all()), "the number of its run"
+    more = bench.add(step, "magnetic")
+    _, freedom, _ = more.trimmed({"magnetic": more.places()["magnetic"]}, math.log(bench.effective_samples))
+    assert step.freedom < freedom <= more.freedom

@@ -280,3 +280,30 @@ def test_a_bound_hides_no_uncertainty() -> None:
     assert float(torch.stack(as_if_known).double().mean()) < 0.8, "what error bars for a known time constant would cover"
     covered = torch.stack(inside).double().mean(0)
     assert bool((covered >= 0.9).all()), covered
+
+
+def test_what_only_two_together_determine_has_no_error_bar() -> None:
+    """Of two columns that are the same only the sum is known; what they cannot stand for keeps its own."""
+
+    def doubled(theta: Tensor) -> Tensor:
+        columns = decays(theta) / SIGMA
+        return torch.cat([columns, 3.0 * columns[..., -1:]], dim=-1)
+
+    target = planted(*TRUTH) / SIGMA + white(Generator().manual_seed(3))
+    errors = fit(doubled, target, at(2.0)).covariance().diagonal()
+    assert errors.isnan().tolist() == [False, False, True, True]
+    alone = fit(lambda t: decays(t) / SIGMA, target, at(2.0)).covariance().diagonal()
+    torch.testing.assert_close(errors[:2], alone[:2], rtol=1e-6, atol=0)
+
+
+def test_a_parameter_that_hardly_matters_within_its_bounds_is_no_freedom() -> None:
+    """A hundredth of the noise over its whole range: to first order, a hundred times that range would stand for something as large as the noise."""
+
+    def deaf(theta: Tensor) -> Tensor:
+        return decays(theta[:, :1]) * (1.0 + 1e-3 * theta[:, 1:].unsqueeze(-1)) / SIGMA
+
+    start = torch.tensor([unit(2.0), 0.5], dtype=torch.float64)
+    found = fit(deaf, planted(*TRUTH) / SIGMA + white(Generator().manual_seed(3)), start)
+    assert 0 < float(found.jacobian[:, 1].norm()) < 1.0
+    assert not bool(found.tangent[:, 1].any())
+    assert bool(found.tangent[:, 0].any())

@@ -73,3 +73,10 @@ def test_a_range_too_short_for_a_margin_is_used_as_it_was() -> None:
     run = recorded(Program(((20.0, 20.0, 3600.0), (20.0, 30.0, 3600.0), (30.0, 30.0, 7200.0))), (600.0,))
     found = circumstances_of([replace(run)])
     assert (found.low_c, found.high_c) == pytest.approx((20.0, 30.0), abs=0.1)
+
+
+def test_a_run_shorter_than_some_minutes_is_one_mean() -> None:
+    short = recorded(Program(((20.0, 21.0, 200.0),)), (900.0,))
+    assert short.blocks == 2
+    found = circumstances_of([recorded(PROGRAMS["cycle"], (900.0,)), short])
+    assert math.isfinite(found.lags_s[0])
