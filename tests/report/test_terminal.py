@@ -35,7 +35,7 @@ def test_plain_where_nobody_watches(diagnosis: Record) -> None:
 
 
 def test_a_terminal_that_knows_only_ascii(diagnosis: Record) -> None:
-    assert "RMS 0.0710 deg/h" in printed(diagnosis, encoding="ascii")
+    assert "means 0.0710 deg/h" in printed(diagnosis, encoding="ascii")
 
 
 def test_short_enough_to_stay_on_the_screen(diagnosis: Record) -> None:
@@ -50,7 +50,7 @@ def test_names_are_no_markup(diagnosis: Record) -> None:
 def test_what_reading_noticed_and_how_long_the_means_are(diagnosis: Record) -> None:
     diagnosis |= {"average_s": 50.0, "notes": [f"{len(diagnosis['runs'])} gap(s) in time", *(f"{run}: is hot" for run in diagnosis["runs"])]}
     text = " ".join(printed(diagnosis).split())
-    assert "(means over 50 s)" in text
+    assert "RMS of 50 s means 0.0710 °/h" in text
     assert "gap(s) in time" in text
     assert text.count("is hot") == 1, "the same of several runs is one note"
 
@@ -111,7 +111,7 @@ def test_all_columns_where_there_is_room(diagnosis: Record) -> None:
 
 def test_powers_and_prefixes_in_ascii(diagnosis: Record) -> None:
     diagnosis.update(unit="rad_per_s", rms=3.4e-5, noise_floor=3.9e-6)
-    assert "RMS 34.0 urad/s" in printed(diagnosis, encoding="ascii")
+    assert "means 34.0 urad/s" in printed(diagnosis, encoding="ascii")
     diagnosis.update(unit="dph", rms=3.4e-7, noise_floor=3.9e-8)
     assert "RMS 340 10-9 deg/h" in printed(diagnosis, encoding="ascii")
 

@@ -97,13 +97,13 @@ def _print_verdict(out: Console, verdict: Verdict) -> None:
 
 
 def _print_numbers(out: Console, diagnosis: Record, scale: Scale) -> None:
-    parts = [f"RMS {scale.full(diagnosis.get('rms'))}"]
+    means = finite(diagnosis.get("average_s"))
+    parts = [f"RMS{'' if means is None else f' of {means:g} s means'} {scale.full(diagnosis.get('rms'))}"]
     names = missing(diagnosis)
     if names:
         parts.append(f"with {joined(names)} {scale.full(rms_after(diagnosis, []))}")
     parts.append(f"noise floor {scale.full(Floors.read(diagnosis).fitted)}")
-    means = finite(diagnosis.get("average_s"))
-    out.print(_indented(Text(", ".join(parts) + ("" if means is None else f" (means over {means:g} s)"))))
+    out.print(_indented(Text(", ".join(parts))))
     alternatives = probable_line(diagnosis)
     if alternatives:
         out.print(_indented(Text(alternatives)))
