@@ -235,6 +235,8 @@ def test_an_effect_that_is_there_already_or_lacks_its_column(told, tmp_path) -> 
     assert "'magnetic' needs the column field_ut" in told(files, "add=magnetic", verb="refine")
     assert "needs the column supply_v" in told(files, "effects=[static_bias,supply_voltage]")
     assert "effects=[]" in told(files, "effects=[]")
+    for model in ("hybrid", "graybox"):
+        assert "effects=[]" in told(files, f"model={model}", "effects=[]", verb="train")
 
 
 @pytest.mark.parametrize(

@@ -16,6 +16,7 @@ from zoo.catalog import build, names
 from zoo.diagnosis.acceptance import ACCEPT
 from zoo.diagnosis.alike import indistinguishable
 from zoo.diagnosis.cross_validation import rms_by_run, segment_cost
+from zoo.diagnosis.diagnose import open_bench
 from zoo.diagnosis.posterior import ANOTHER, SOMETHING, TEMPER, believed, hypotheses, posterior, unknown
 from zoo.diagnosis.screening import Screened, screen
 from zoo.diagnosis.search import Search, what_helps
@@ -104,6 +105,14 @@ def test_screening_finds_the_planted_one_first(diagnosis) -> None:
     found = diagnosis("bias_step")
     bench, base = found.bench, found.search.base
     assert screen(bench, base, [name for name in bench.available() if name not in base.names])[0].name == "bias_step"
+
+
+def test_a_run_too_short_to_predict_another_from_is_not_asked_to(runs, catalogue, base, white) -> None:
+    long, other = runs("")
+    keep = (other.block < 8) & (other.block >= 0)
+    short = replace(other, table=other.table[keep], error=other.error[keep], count=other.count[keep], block=other.block[keep])
+    bench = open_bench([long, short], base, catalogue)
+    assert rms_by_run(bench, bench.solve(tuple(base))) < 2.0 * white
 
 
 @pytest.mark.parametrize("hidden", ["", "bias_step"])

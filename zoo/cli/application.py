@@ -18,7 +18,7 @@ from hydra.errors import (
     OverrideParseException,
     SearchPathException,
 )
-from omegaconf import DictConfig
+from omegaconf import DictConfig, open_dict
 from omegaconf.errors import OmegaConfBaseException
 from yaml import YAMLError  # type: ignore[import-untyped]
 
@@ -104,6 +104,8 @@ def _task(verb: str, codes: list[int], traced: bool) -> Callable[[DictConfig], f
     """The function that Hydra runs: one job. A failing job is told and remembered, so that the other jobs of a sweep still run."""
 
     def task(config: DictConfig) -> float | None:
+        with open_dict(config):
+            config.setdefault("effects", {})  # effects=[] leaves nothing that a model could refer to
         job = Job(verb, config)
         with job.output():
             try:

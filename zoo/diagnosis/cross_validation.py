@@ -11,6 +11,8 @@ from zoo.fitting.projection import project
 SEGMENTS, OF_A_RUN = 8, 3
 """Consecutive pieces that are left out one at a time, and how many of one run at least, so that every run keeps most of its blocks. Fewer and longer
 ones ask for more: neighbours of a short piece give its misfit away."""
+ENOUGH = 5
+"""Blocks for each amplitude that other runs must have to predict one."""
 
 
 def segment_cost(bench: Workbench, solved: Solved) -> float:
@@ -19,12 +21,13 @@ def segment_cost(bench: Workbench, solved: Solved) -> float:
 
 
 def rms_by_run(bench: Workbench, solved: Solved) -> float:
-    """RMS [unit] over runs, each predicted with amplitudes from the others; over eight pieces where there is one run.
+    """RMS [unit] over runs, each predicted with amplitudes from the others; over eight pieces or more where the others are too few or too short.
 
     The nonlinear parameters stay as fitted to all runs.
     """
     sizes = [run.blocks for run in bench.runs]
-    parts = list(torch.arange(bench.blocks).split(sizes)) if len(sizes) > 1 else _folds(bench)
+    enough = bench.blocks - max(sizes) >= ENOUGH * solved.plain_columns.shape[1]
+    parts = list(torch.arange(bench.blocks).split(sizes)) if enough else _folds(bench)
     return float(_left_out(solved.plain_columns, solved.design.error, parts).square().mean().sqrt())
 
 

@@ -42,11 +42,13 @@ class VariableProjection:
             Steps taken.
 
         Raises:
-            InputError: the model is no grey box.
+            InputError: the model is no grey box, or has no effect.
         """
         del generator
         if not isinstance(model, GrayBox):
             raise InputError(f"optimizer=variable_projection fits sums of effects (model=graybox), not {type(model).__name__}; leave optimizer=auto")
+        if not dict(model.named_effects()):
+            raise InputError("effects=[] leaves nothing to fit; start from effects=[static_bias,shupe,mohr]")
         whitener = Whitener(noise_of(list(runs)), blocks_of(list(runs)))
         design = Design(model, list(runs), whitener)
         starts = torch.cat([coarse_starts(design), first_theta(design).unsqueeze(0)])
