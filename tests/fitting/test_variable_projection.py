@@ -307,3 +307,14 @@ def test_a_parameter_that_hardly_matters_within_its_bounds_is_no_freedom() -> No
     assert 0 < float(found.jacobian[:, 1].norm()) < 1.0
     assert not bool(found.tangent[:, 1].any())
     assert bool(found.tangent[:, 0].any())
+
+
+def test_a_parameter_at_its_bound_that_others_can_stand_for_leaves_finite_error_bars() -> None:
+    """Its column is there already: nothing tells how far inside it may be."""
+
+    def redundant(theta: Tensor) -> Tensor:
+        return decays(theta[:, :1]) * torch.stack([torch.ones_like(theta[:, 1]), 1.0 + theta[:, 1]], dim=-1).unsqueeze(1) / SIGMA
+
+    start = torch.tensor([unit(2.0), 0.0], dtype=torch.float64)
+    found = fit(redundant, planted(*TRUTH) / SIGMA + white(Generator().manual_seed(3)), start)
+    assert bool(torch.isfinite(found.covariance().diagonal()[[0, 2]]).all())

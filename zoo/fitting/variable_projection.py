@@ -114,8 +114,8 @@ class Fit:
             others = self.edge.clone()
             others[:, i] = 0.0
             left = project(torch.cat([self.columns, self.tangent, others], dim=1), self.edge[:, i]).cost
-            steep = left + self.prior.weight.to(left)[i]
-            pressed = slopes[i] / steep.sqrt()
+            steep = (left + self.prior.weight.to(left)[i]).clamp_min(1e-30)
+            pressed = (slopes[i] / steep.sqrt()).clamp_max(1e6)
             added[i] = steep / _second_moment(pressed) - steep
         return added
 
