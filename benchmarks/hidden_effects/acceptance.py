@@ -6,7 +6,7 @@ from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from hidden_effects.limits import calibration_error, fitted, ideal_limit, quantile_interval, share_interval
+from hidden_effects.limits import calibration_by_chance, calibration_error, fitted, ideal_limit, quantile_interval, share_interval
 from hidden_effects.verdicts import Row, exact, hidden_names, right, stated
 
 HALF_OCTAVE = 2**0.5
@@ -148,5 +148,7 @@ def _rest(rows: Rows) -> Iterator[Line]:
     for words, some, target in (("", rows, "≤ 0.05"), (", of those that an ideal detector sees with the base refitted", visible(rows), "")):
         error = calibration_error([stated(row) for row in some], [right(row) for row in some]) if some else None
         yield Line(f"calibration error of the verdict's probability{words}", target, error, len(some), None, False)
+        chance = calibration_by_chance([stated(row) for row in some]) if some else None
+        yield Line("the same if all that is stated were true", "", chance, len(some), None, False)
     yield quantile("seconds to diagnose and refine, median", "", [row["seconds_refine"] for row in rows], 0.5)
     yield quantile("seconds to diagnose and refine, 95 %", "", [row["seconds_refine"] for row in rows], 0.95)

@@ -92,3 +92,9 @@ def calibration_error(stated: Sequence[float], right: Sequence[bool]) -> float:
     """Expected calibration error: mean distance of the bins from the diagonal, weighted by their cases."""
     found = reliability(stated, right)
     return sum(count * abs(p - share) for p, share, count in found) / sum(count for _, _, count in found)
+
+
+def calibration_by_chance(stated: Sequence[float], draws: int = 1000) -> float:
+    """The calibration error that as many verdicts would show in the median if every stated probability were true."""
+    chance, said = np.random.default_rng(1), np.array(stated)
+    return float(np.median([calibration_error(stated, list(chance.random(len(said)) < said)) for _ in range(draws)]))
