@@ -100,7 +100,7 @@ def verdict_of(diagnosis: Record, refinement: Record | None = None) -> Verdict:
     kind = diagnosis.get("verdict")
     if kind == "complete":
         if (ratio := excess(diagnosis.get("rms"), diagnosis.get("noise_floor"))) and diagnosis.get("model") and ratio > NEAR:
-            return Verdict("complete", "No effect is missing, but the model does not fit these runs", _badly_trained(diagnosis, ratio))
+            return Verdict("unknown", "No effect is missing, but the model does not fit these runs", _badly_trained(diagnosis, ratio))
         left, doubt = _noise(ratio), _in_doubt(diagnosis)
         headline = "The model may be complete" if doubt else "The model is complete"
         return Verdict("complete", headline, [f"What it leaves {left}", doubt or "No effect has to be added.", *what_could_hide(diagnosis)])
