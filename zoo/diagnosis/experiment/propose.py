@@ -14,7 +14,7 @@ from zoo.diagnosis.experiment.proposal import Proposal
 from zoo.diagnosis.experiment.refit import told_by_refit
 from zoo.diagnosis.workbench import Solved, Workbench
 from zoo.effects.base import Parameter
-from zoo.effects.bounds import to_physical
+from zoo.fitting.parameters import parameters_of
 
 ENOUGH = 10.0
 """Expected log Bayes factor that settles a question (22 000 : 1)."""
@@ -181,11 +181,9 @@ def _proposal(old: Old, best: Weighed, weighed: Sequence[Weighed]) -> Proposal:
 
 
 def _fitted(rival: Solved, name: str) -> tuple[tuple[Parameter, float], ...]:
-    """What one effect comes to beside the others; whole numbers, which are of the runs at hand, left out."""
-    found: list[tuple[Parameter, float]] = []
-    values = to_physical(rival.fit.theta, [one for _, one in rival.model.parameters_of_theta()]).tolist()
-    found += [(one, value) for (owner, one), value in zip(rival.model.parameters_of_theta(), values, strict=True) if owner == name]
-    for effect in (effect for owner, effect in rival.model.named_effects() if owner == name):
-        amplitudes = rival.fit.amplitudes[rival.places()[name]].tolist()
-        found += zip(effect.amplitudes, amplitudes, strict=True)
-    return tuple((one, value) for one, value in found if one.scale != "index")
+    """What one effect comes to beside the others; whole numbers, which are of the runs at hand, left out; nothing where it is not one effect."""
+    effect = dict(rival.model.named_effects()).get(name)
+    if effect is None:
+        return ()
+    values = parameters_of(rival.model, rival.fit, "unit")[name]
+    return tuple((one, values[one.name]["value"]) for one in (*effect.shape, *effect.amplitudes) if one.scale != "index")
