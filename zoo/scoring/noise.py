@@ -126,6 +126,7 @@ class Whitener:
         pieces = [piece for run in runs for piece in run.pieces]
         roots = {piece: _inverse_root(noise.covariance(piece)) for piece in set(pieces)}
         self.factors = [roots[piece] for piece in pieces]
+        self.alike = [[i for i, own in enumerate(pieces) if own is piece] for piece in roots]
         self.log_determinant = -2.0 * sum(float(factor.diagonal().log().sum()) for factor in self.factors)
         self.sizes = [factor.shape[0] for factor in self.factors]
 
@@ -137,8 +138,12 @@ class Whitener:
     def __call__(self, columns: Tensor) -> Tensor:
         """Whiten (..., N, K) -> (..., N, K), dimensionless, in the precision of what it is given."""
         factors = self.factors if columns.dtype == torch.float64 else self._single
-        wide = columns.movedim(-2, 0).reshape(columns.shape[-2], -1)  # one matrix product a piece, whatever the batch
-        pieces = [_product(factor, piece) for factor, piece in zip(factors, wide.split(self.sizes), strict=True)]
+        pieces = list(columns.movedim(-2, 0).reshape(columns.shape[-2], -1).split(self.sizes))
+        for places in self.alike:
+            # One product for all pieces recorded alike, and whatever the batch: with few columns it takes as long as reading the factor does.
+            product = _product(factors[places[0]], torch.cat([pieces[i] for i in places], dim=1))
+            for i, part in zip(places, product.chunk(len(places), dim=1), strict=True):
+                pieces[i] = part
         return torch.cat(pieces).reshape(columns.shape[-2], *columns.shape[:-2], columns.shape[-1]).movedim(0, -2)
 
 
