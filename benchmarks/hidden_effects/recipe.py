@@ -136,13 +136,20 @@ def forms_of(one: Recipe, sigma_dph: float) -> list[Form]:
 
 def band_dph(one: Recipe, sigma_dph: float) -> float:
     """Half-width of the dead band that makes an error of the drawn amplitude without being scaled [°/h]; 0 where there is none."""
-    sizes = [size for name, size in zip(one.hidden, one.amplitudes, strict=True) if name == "dead_band"]
-    return sizes[0] * sigma_dph / turning.BAND if sizes else 0.0
+    if "dead_band" not in one.hidden:
+        return 0.0
+    place = one.hidden.index("dead_band")
+    largest = float(np.abs(turning.band(np.linspace(0.0, 2.0, 2001), _edge(one, place))).max())
+    return one.amplitudes[place] * sigma_dph / largest
+
+
+def _edge(one: Recipe, place: int) -> float:
+    return turning.edge(one.chance(1, place))
 
 
 def _form(one: Recipe, place: int, sigma_dph: float) -> Form:
     if one.hidden[place] == "dead_band":
-        return turning.dead_band(band_dph(one, sigma_dph))
+        return turning.dead_band(band_dph(one, sigma_dph), _edge(one, place))
     chance = one.chance(1, place)
     ways = (FORMS | outside.FORMS)[one.hidden[place]]
     return ways[int(chance.integers(len(ways)))](chance)

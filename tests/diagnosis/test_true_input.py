@@ -19,9 +19,9 @@ SIZES = {
     "scale_factor": (300.0, 20.0, 0.0),
     "scale_factor_nonlinearity": (0.0, -0.08, 0.0),
     "misalignment": (0.05, 2e-3, 0.0),
-    "dead_band": (40.0, 0.1),
+    "dead_band": (40.0, 4.0, 0.1),
 }
-"""In ppm, ppm/K, …, with ppm/(°/h)² for the cubic: 800 ppm at 100 °/h; in °/h, °/h/K …; width and depth in °/h."""
+"""In ppm, ppm/K, …, with ppm/(°/h)² for the cubic: 800 ppm at 100 °/h; in °/h, °/h/K …; width, edge and depth, in °/h."""
 RATE_DPH, TURN_S = 100.0, 1500.0
 
 
@@ -33,8 +33,8 @@ def turned(run: Run, rate: Tensor) -> Run:
 
 
 def stepped(run: Run) -> Tensor:
-    """(T,) five rates, from one to the next every 25 min [°/h]."""
-    places = torch.tensor([0.0, 1.0, -0.5, -1.0, 0.5], dtype=torch.float64)
+    """(T,) seven rates, from one to the next every 25 min [°/h]."""
+    places = torch.tensor([0.0, 1.0, -0.5, -1.0, 0.3, -0.7, 0.5], dtype=torch.float64)
     return RATE_DPH * places[((run.time - run.time[0]) / TURN_S).long() % len(places)]
 
 
@@ -47,7 +47,7 @@ def planted(run: Run, name: str) -> Run:
         "scale_factor": [rate, theta * rate, theta**2 * rate],
         "scale_factor_nonlinearity": [rate**2, rate**3, theta * rate**3],
         "misalignment": [1e6 * rate.sign() * theta**power for power in range(3)],
-        "dead_band": [0.0 * rate, -1e6 * rate / sizes[0] * torch.exp(0.5 * (1 - (rate / sizes[0]) ** 2))],
+        "dead_band": [0.0 * rate, 0.0 * rate, -1e6 * 4 * (rate / sizes[0]) / (3 + (rate / sizes[0]) ** 4)],
     }[name]
     return replace(here, error=here.error + 1e-6 * torch.stack(columns, dim=-1) @ sizes)
 

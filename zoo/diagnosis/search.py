@@ -72,8 +72,11 @@ def search(bench: Workbench, base: Solved, candidates: list[str], progress: Call
         _forward(bench, found, candidates, progress)
         if found.final.rms > FAR * bench.mixtures.white or not _exchange(bench, found, candidates, progress):
             break
-    if len(found.missing) < 2 and not examine(bench, found.final, base).is_noise and not _single(bench, found):
-        _pair(bench, found, candidates, progress)
+    if len(found.missing) < 2 and not examine(bench, found.final, base).is_noise:
+        if _single(bench, found):
+            _forward(bench, found, candidates, progress)
+        else:
+            _pair(bench, found, candidates, progress)
     _drop(bench, found)
     _agree(bench, found)
     return found

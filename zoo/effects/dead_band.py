@@ -2,17 +2,17 @@
 
 from __future__ import annotations
 
-import torch
 from torch import Tensor
 
 from zoo.effects.base import Effect, History, Parameter
 
 
 class DeadBand(Effect):
-    """Error −A·z·exp(½·(1 − z²)), z = Ω/d with Ω the true input: the output lags behind a small rate by up to A, reached at Ω = ±d.
+    """Error −A·p·z/(p − 1 + |z|^p), z = Ω/d with Ω the true input: the output lags behind a small rate by up to A, reached at Ω = ±d.
 
     Cross-talk from the feedback to the detector holds the loop at zero until the rate overcomes it. A dead zone in the strict sense, no output below
-    d, is −Ω up to there; what vibration and noise make of its edges is smooth. Random steps of the phase remove it.
+    d, is −Ω up to there, the limit of a large p; two oscillators that lock leave √(Ω² − d²) − Ω, whose tail −d²/2Ω is that of p = 2; vibration and
+    noise smooth the edges. Random steps of the phase remove it.
     """
 
     name = "dead_band"
@@ -20,14 +20,16 @@ class DeadBand(Effect):
     needs_varied_reference = True
     shape = (
         Parameter("width", 0.1, "unit", 1e-8, 1e7, "log", source="prior: 0.01–0.1 °/h; wide for any unit", meaning="d, where it is largest", grid=58),
+        Parameter("edge", 4.0, "1", 2.0, 16.0, "log", source="engineering prior: locking 2, dead zone ∞", meaning="p, how steeply it ends", grid=4),
     )
     amplitudes = (Parameter("depth", 0.0, "unit", -100.0, 100.0, source="prior: 0.01–0.1 °/h", meaning="A"),)
-    formula = "−A·z·exp(½·(1 − z²)),  z = Ω/d"
+    formula = "−A·p·z/(p − 1 + |z|^p),  z = Ω/d"
     source = "Lefèvre, The Fiber-Optic Gyroscope (dead zone of a closed loop); smoothed, engineering prior"
     signature = "pulls the output towards zero near zero input, opposite for the two directions; nothing at rest and at large rates"
     confused_with = ("scale_factor", "scale_factor_nonlinearity", "misalignment")
 
     def columns(self, history: History, shape: Tensor) -> Tensor:
-        """−z·exp(½·(1 − z²)), at most 1, see `Effect.columns`."""
-        place = history.reference / shape[..., 0:1]
-        return (-place * torch.exp(0.5 * (1.0 - place.square()))).unsqueeze(-1)
+        """−p·z/(p − 1 + |z|^p), at most 1, see `Effect.columns`."""
+        width, edge = shape[..., 0:1], shape[..., 1:2]
+        place = history.reference / width
+        return (-edge * place / (edge - 1.0 + place.abs().pow(edge))).unsqueeze(-1)

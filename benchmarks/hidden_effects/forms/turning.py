@@ -8,8 +8,6 @@ from hidden_effects.forms.form import Form, Forms, decade
 
 GAIN = 7e-6
 """Sagnac's gain of a small coil [1/(°/h)], about 0.3 s: a rate of 10 °/s makes an argument of 0.25."""
-BAND = 0.57
-"""Largest of u/(1 + u⁴)."""
 
 
 def scale(chance: np.random.Generator) -> Form:
@@ -40,9 +38,19 @@ def tilting_axis(chance: np.random.Generator) -> Form:
     return Form("quadratic", signal)
 
 
-def dead_band(width_dph: float) -> Form:
-    """An output that stays at nothing near no rate, −Ω/(1 + (Ω/w)⁴): soft at its ends."""
-    return Form("soft", lambda run: -run.reference / (1 + (run.reference / width_dph) ** 4))
+def edge(chance: np.random.Generator) -> float:
+    """Of a dead band, as a share of its width: noise smooths it."""
+    return float(chance.uniform(0.1, 0.5))
+
+
+def dead_band(width_dph: float, edge: float) -> Form:
+    """An output that stays at nothing near no rate, and comes back over an edge."""
+    return Form("smoothed", lambda run: width_dph * band(run.reference / width_dph, edge))
+
+
+def band(place: Array, edge: float) -> Array:
+    """A dead band of width 1."""
+    return -0.5 * place * (1 - np.tanh((np.abs(place) - 1) / edge))
 
 
 def twist(chance: np.random.Generator) -> Form:
