@@ -62,6 +62,20 @@ def test_an_effect_named_by_hand_is_searched_for_and_refitted_as_by_auto(runs, c
     assert by_hand.record["ladder"][0]["rms"] == by_hand.diagnosis.record["rms"]
 
 
+def test_a_model_as_it_stands_is_near_the_runs_even_of_a_gyro_that_walks(runs, check, base, catalogue, white) -> None:
+    """Under a large walk the constant is what each run begins with; what users see first is the fit that comes near all of it."""
+    chance, walked = torch.Generator().manual_seed(3), []
+    for run in runs(""):
+        walked.append(replace(run, error=run.error + 0.045 * white * torch.randn(len(run.error), generator=chance, dtype=torch.float64).cumsum(0)))
+    found = refine(walked, check(""), base, "auto", catalogue)
+    search, record = found.diagnosis.search, found.diagnosis.record
+    assert found.diagnosis.bench.noise.walk > 0.2 * white
+    assert search.as_it_stands.rms < search.base.rms
+    assert record["rms"] == found.record["ladder"][0]["rms"] == search.as_it_stands.rms
+    assert record["rms"] <= record["rms_final"] or record["missing"]
+    assert record["rms"] < record["rms_uncompensated"]
+
+
 def test_what_was_diagnosed_already_is_not_diagnosed_again(runs, catalogue, base, ladder, monkeypatch) -> None:
     before = ladder("polarization").diagnosis
     monkeypatch.setattr("zoo.diagnosis.refine.diagnose", None)

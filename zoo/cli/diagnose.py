@@ -39,7 +39,7 @@ def run(config: DictConfig, out: Path) -> Path:
         from zoo.report.tensorboard import write_events
         from zoo.report.terminal import print_diagnosis
 
-        first, last = found.search.base, found.search.final
+        first, last = found.search.as_it_stands, found.search.final
         base, refined = asked.as_given or first.model.cpu(), last.model.cpu() if found.search.missing else None
         fitted, left = [run.to("cpu") for run in found.bench.runs], None if asked.as_given else first.residual
         drawn = [*traces(fitted, "fit", base, refined, left, last.residual), *traces(check_runs, "check", base, refined)]

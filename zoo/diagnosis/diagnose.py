@@ -126,6 +126,7 @@ def diagnose(runs: list[Run], effects: list[str], catalogue: dict[str, Effect], 
     floor = bench.noise_floor(found.final) if structure.is_noise else bench.mixtures.white
     limits = detection_limits(bench, found.final, [name for name in candidates if name not in found.final.names])
     weighed = hypotheses(found, structure, sum(limit.hidden for limit in limits.values()) / max(len(limits), 1))
+    shown = found.as_it_stands
     record = {
         "schema_version": SCHEMA_VERSION,
         "effects": list(effects),
@@ -136,16 +137,16 @@ def diagnose(runs: list[Run], effects: list[str], catalogue: dict[str, Effect], 
         "effective_samples": round(effective_samples(found.final.likely.noise, bench.mixtures.runs), 1),
         "noise_floor": floor,
         "noise": asdict(found.final.likely.noise),
-        "rms": base.rms,
-        "rms_by_run": runs_rms(bench.runs, base.residual),
+        "rms": shown.rms,
+        "rms_by_run": runs_rms(bench.runs, shown.residual),
         "rms_uncompensated": float(base.design.error.square().mean().sqrt()),
-        "rms_final": found.final.rms,
+        "rms_final": (found.final if found.missing else shown).rms,
         "verdict": verdict,
         "missing": found.missing,
         "posterior": _posterior(weighed, structure),
         "candidates": _candidates(bench, found, candidates, weighed),
         "detection_limits": {name: _limit(limit) for name, limit in limits.items()},
-        "where": regions(bench.runs, base.residual, floor),
+        "where": regions(bench.runs, shown.residual, floor),
         "next_experiment": None,
         "unexplained": [],
         "parameters": fitted_parameters(found.final, runs[0].unit),

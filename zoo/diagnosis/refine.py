@@ -10,7 +10,7 @@ import torch
 
 from zoo.diagnosis.diagnose import Diagnosis, check_effects, diagnose
 from zoo.diagnosis.parameters import fitted_parameters
-from zoo.diagnosis.structure import examine
+from zoo.diagnosis.structure import Structure, examine
 from zoo.diagnosis.workbench import Solved, Workbench
 from zoo.effects.base import Effect
 from zoo.errors import InputError
@@ -80,8 +80,10 @@ def refine(
     else:
         bench = found.bench.with_effects(catalogue)
         base = bench.begin(tuple(effects))
-    solutions = _climb(bench, base, added, progress)
-    return Refinement(_record(bench, solutions, check_runs, added), solutions, found)
+    climbed = _climb(bench, base, added, progress)
+    structure = examine(bench, climbed[-1], base)
+    solutions = [found.search.as_it_stands, *climbed[1:]]
+    return Refinement(_record(bench, solutions, structure, check_runs, added), solutions, found)
 
 
 def check_added(runs: list[Run], effects: list[str], added: list[str], catalogue: dict[str, Effect]) -> None:
@@ -112,8 +114,7 @@ def _climb(bench: Workbench, base: Solved, added: list[str], progress: Callable[
     return solutions
 
 
-def _record(bench: Workbench, solutions: list[Solved], check_runs: list[Run], added: list[str]) -> dict[str, Any]:
-    structure = examine(bench, solutions[-1], solutions[0])
+def _record(bench: Workbench, solutions: list[Solved], structure: Structure, check_runs: list[Run], added: list[str]) -> dict[str, Any]:
     ladder: list[dict[str, Any]] = [
         {"added": name, "effects": list(solved.names), "rms": solved.rms, "rms_check": check_rms(solved.model, check_runs)}
         for name, solved in zip([None, *added], solutions, strict=True)

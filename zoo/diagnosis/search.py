@@ -36,16 +36,23 @@ class Search:
     """The whole path.
 
     Attributes:
-        base: the model that was asked about.
+        base: the model that was asked about, under the noise that evidence is weighed in.
         final: the model with everything that helps.
         steps: rounds in which effects were compared.
         path: every model that was kept, one after the other.
+        first: the model that was asked about, under the noise assumed at first, where that is another.
     """
 
     base: Solved
     final: Solved
     steps: list[Step] = field(default_factory=list)
     path: list[Solved] = field(default_factory=list)
+    first: Solved | None = None
+
+    @property
+    def as_it_stands(self) -> Solved:
+        """The model that was asked about as it fits the runs best; beside a large walk, what is slow need not be near them."""
+        return self.first or self.base
 
     def keep(self, final: Solved) -> None:
         """Go on from here."""
@@ -227,7 +234,7 @@ def settle(
     if as_assumed or bench.mixtures.much_walk(likely):
         return bench, found
     again = bench.with_noise(likely)
-    return again, search(again, again.begin(names), candidates, progress)
+    return again, replace(search(again, again.begin(names), candidates, progress), first=found.base)
 
 
 def _finished(bench: Workbench, base: Solved, solved: Solved) -> Solved:
