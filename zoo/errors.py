@@ -21,6 +21,10 @@ class InputError(ValueError):
     """
 
 
+class BadRow(InputError):
+    """A row of a file lacks a number, or its time does not increase: whoever can do without it may leave it out."""
+
+
 class WorkError(RuntimeError):
     """The input was fine and the work failed all the same (exit code 1)."""
 

@@ -166,6 +166,7 @@ def test_bias_and_rms_are_told_where_the_true_input_is_known(trained, capsys) ->
         ({}, ["data.columns.output=rate_dph", "data.output_unit=dps"], "is in °/h by its name"),
         ({}, ["hydra.run.dir=."], "would be overwritten"),
         ({}, ["data.average_s=-1"], "data.average_s=-1"),
+        ({}, ["data.bad_rows=skip"], "compensate writes every row again"),
         ({}, ["run=nowhere"], "run: nowhere: no model.yaml"),
     ],
 )

@@ -9,6 +9,7 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 import pytest
+import torch
 
 from zoo.errors import InputError
 from zoo.measurements.read import read_runs
@@ -112,6 +113,45 @@ def test_a_time_that_steps_back_where_a_chunk_may_begin(tmp_path: Path, monkeypa
     assert re.search(rf"row {row + 1}\b.*, column time_s: {row - 1}\.5 follows {1000 + row - 1}\.5", complaint(path))
 
 
+@pytest.mark.parametrize("kind", ["csv", "parquet"])
+@pytest.mark.parametrize("chunk", [120, 4 << 20])
+def test_rows_that_are_skipped_might_as_well_not_be_there(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, kind: str, chunk: int) -> None:
+    monkeypatch.setattr("zoo.measurements.table.chunks.__defaults__", (chunk,))  # bytes: five rows of parquet, about nine of csv
+    good = lines(200)
+    text, bad = list(good), {5: "4.5,,1", 6: "5.5,NaN,1", 40: "39.5,20,inf", 41: ",20,1", 90: "30.5,20,1", 91: "31.5,20,1", 150: "148.5,20,1"}
+    for place, line in bad.items():
+        text[place] = line
+    path = bad_csv(tmp_path / "run.csv", "\n".join(text))
+    (tmp_path / "without").mkdir()
+    without = bad_csv(tmp_path / "without" / "run.csv", "\n".join(line for place, line in enumerate(good) if place not in bad))
+    if kind == "parquet":
+        pd.read_csv(path).to_parquet(tmp_path / "run.parquet")
+        path = tmp_path / "run.parquet"
+    assert complaint(path, average_s=5.0).endswith("; data.bad_rows=skip leaves such rows out")
+    run, same = read_runs(path, average_s=5.0, bad_rows="skip")[0], read_runs(without, average_s=5.0)[0]
+    assert torch.equal(run.table, same.table)
+    assert torch.equal(run.error, same.error)
+    assert run.rows == same.rows == 193
+    assert set(run.notes) - set(same.notes) == {"7 row(s) without a number in every cell, or whose time does not increase, are left out"}
+
+
+def test_a_file_of_which_little_would_be_left_is_refused(tmp_path: Path) -> None:
+    """One time far in the future makes every row after it late."""
+    text = lines(100)
+    text[30] = "1e9,20,1"
+    assert "would leave out 70 of 100 rows" in complaint(bad_csv(tmp_path / "a.csv", "\n".join(text)), bad_rows="skip")
+    for line in range(1, 101):
+        text[line] = f"{line},,"
+    assert "no row whose cells all hold a number" in complaint(bad_csv(tmp_path / "b.csv", "\n".join(text)), bad_rows="skip")
+
+
+def test_text_and_broken_lines_are_not_skipped(tmp_path: Path) -> None:
+    for line in ("6.5,warm,1", "6.5,20"):
+        text = lines()
+        text[7] = line
+        assert "row 8" in complaint(bad_csv(tmp_path / "a.csv", "\n".join(text)), bad_rows="skip")
+
+
 @pytest.mark.parametrize("cells", ["6.5,20", "6.5,20,1,5", "6,5;20;1"])
 def test_a_row_with_too_few_or_too_many_cells(tmp_path: Path, cells: str) -> None:
     text = lines()
@@ -198,6 +238,7 @@ def test_files_that_are_not_there(tmp_path: Path) -> None:
         ({"gap_s": 0}, "data.gap_s=0"),
         ({"gap_s": 0.5}, "data.gap_s=0.5 is shorter than the time between rows, 1 s"),
         ({"reference": "north"}, "data.reference=north"),
+        ({"bad_rows": "drop"}, "data.bad_rows=drop: possible are error, skip"),
         ({"average_s": 1000.0}, "no block of 1000 s has half of its rows (its 20 rows span"),
     ],
 )

@@ -6,6 +6,7 @@ import subprocess
 import sys
 from collections.abc import Iterator
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -62,8 +63,8 @@ def test_the_chunks_size_changes_nothing(tmp_path: Path, monkeypatch: pytest.Mon
     plain = table.chunks
     sizes: list[int] = []
 
-    def small(path: Path, columns: list[str]) -> Iterator[np.ndarray]:
-        for chunk in plain(path, columns, chunk_bytes=3_001):
+    def small(path: Path, columns: list[str], **given: Any) -> Iterator[np.ndarray]:
+        for chunk in plain(path, columns, chunk_bytes=3_001, **given):
             sizes.append(len(chunk))
             yield chunk
 

@@ -47,6 +47,8 @@ def run(config: DictConfig, out: Path) -> Path:
     device = usable_device(config.torch_device)
     data: dict[str, Any] = OmegaConf.to_container(config.data, resolve=True)  # type: ignore[assignment]
     check_numbers(data["reference"], data["average_s"], data["gap_s"])
+    if data["bad_rows"] != "error":
+        raise InputError("data.bad_rows: compensate writes every row again, with empty cells where it cannot be compensated; leave it out")
     saved = find_model("run", str(config.run))
     layouts = _layouts(data)
     targets = _targets([one.path for one in layouts], out)

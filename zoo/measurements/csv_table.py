@@ -16,7 +16,7 @@ import pyarrow as pa
 import pyarrow.compute as pc
 import pyarrow.csv
 
-from zoo.errors import InputError
+from zoo.errors import BadRow, InputError
 from zoo.measurements.arrow import numbers
 from zoo.measurements.rows import Rows
 
@@ -205,12 +205,13 @@ def _check_line(where: str, cells: list[str], width: int, places: list[tuple[str
     for column, place in places:
         cell = cells[place]
         if not cell.strip():
-            raise InputError(f"{where}, column {column}: the cell is empty; every row needs a number here")
+            raise BadRow(f"{where}, column {column}: the cell is empty; every row needs a number here")
         if not _NUMBER.fullmatch(cell):
-            raise InputError(f"{where}, column {column}: {cell.strip()[:40]!r} is not a finite number")
+            kind = BadRow if cell.strip() in _MISSING else InputError
+            raise kind(f"{where}, column {column}: {cell.strip()[:40]!r} is not a finite number")
         if math.isinf(float(cell)):
-            raise InputError(f"{where}, column {column}: {cell.strip()[:40]} is too large a number")
+            raise BadRow(f"{where}, column {column}: {cell.strip()[:40]} is too large a number")
     time = float(cells[places[0][1]])
     if time <= last:
-        raise InputError(f"{where}, column {places[0][0]}: {time!r} follows {last!r}; the time must increase from row to row")
+        raise BadRow(f"{where}, column {places[0][0]}: {time!r} follows {last!r}; the time must increase from row to row")
     return time

@@ -10,7 +10,7 @@ import numpy as np
 import pyarrow as pa
 import pyarrow.parquet
 
-from zoo.errors import InputError
+from zoo.errors import BadRow, InputError
 from zoo.measurements.arrow import numbers
 from zoo.measurements.rows import Rows
 
@@ -57,7 +57,7 @@ def explain(path: Path, columns: Sequence[str], chunk: np.ndarray, before: int, 
         last: the time before the chunk.
 
     Raises:
-        InputError: always.
+        BadRow: always.
     """
     bad = ~np.isfinite(chunk)
     late = ~(np.diff(chunk[:, 0], prepend=last) > 0)
@@ -66,10 +66,10 @@ def explain(path: Path, columns: Sequence[str], chunk: np.ndarray, before: int, 
     if bad[row].any():
         place = int(np.argmax(bad[row]))
         found = "the cell is empty or NaN" if np.isnan(chunk[row, place]) else f"{chunk[row, place]}"
-        raise InputError(f"{where}, column {columns[place]}: {found}; a finite number is needed")
+        raise BadRow(f"{where}, column {columns[place]}: {found}; a finite number is needed")
     previous = chunk[row - 1, 0] if row else last
     now = float(chunk[row, 0])
-    raise InputError(f"{where}, column {columns[0]}: {now!r} follows {float(previous)!r}; the time must increase from row to row")
+    raise BadRow(f"{where}, column {columns[0]}: {now!r} follows {float(previous)!r}; the time must increase from row to row")
 
 
 def _opened(path: Path) -> pa.parquet.ParquetFile:

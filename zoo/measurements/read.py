@@ -4,19 +4,21 @@ from __future__ import annotations
 
 import itertools
 import math
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
+from typing import Literal, get_args
 
 import numpy as np
 import torch
 
-from zoo.errors import InputError
+from zoo.errors import BadRow, InputError
 from zoo.measurements.files import find_files, run_names
 from zoo.measurements.recording import Average, Recording, auto_length
 from zoo.measurements.run import Run
 from zoo.measurements.schema import Layout, in_run_units, keep_shared, layout
 from zoo.measurements.table import chunks, column_names
 
+BadRows = Literal["error", "skip"]
 HEAD_ROWS = 100_000
 GAP_STEPS = 5.0
 _STARTUP_ROWS = 100
@@ -31,6 +33,7 @@ def read_runs(
     reference: float = 0.0,
     average_s: Average = "auto",
     gap_s: float | None = None,
+    bad_rows: BadRows = "error",
 ) -> list[Run]:
     """Reads measurement files, one run a file, in memory that grows with the runs' duration and not with their rate.
 
@@ -43,6 +46,8 @@ def read_runs(
         average_s: length of the blocks [s]; None for as recorded; ``"auto"`` for the longest of 1, 2, 5, 10, 20, 50, 100 s of which all the
             runs together have 400. Pass the `average_s` of the runs fitted when reading the runs to check on.
         gap_s: longest time between rows that is no gap [s]; None for five median steps.
+        bad_rows: what to do about rows with a cell that is empty or not finite, or a time that does not increase: ``"error"``, or ``"skip"`` for
+            leaving them out, which the run's notes tell.
 
     Returns:
         The runs in the files' order, with the same columns. The fine grid is a fifth of a block, or the rows themselves where it would hold
@@ -52,9 +57,11 @@ def read_runs(
         InputError: anything the user can put right; names the file, row, column or key.
     """
     check_numbers(reference, average_s, gap_s)
+    if bad_rows not in get_args(BadRows):
+        raise InputError(f"data.bad_rows={bad_rows}: possible are {', '.join(get_args(BadRows))}")
     paths = find_files(files)
     layouts = keep_shared([layout(path, column_names(path), columns, output_unit) for path in paths])
-    recordings = [_record(one, reference, average_s, gap_s) for one in layouts]
+    recordings = [_record(one, reference, average_s, gap_s, bad_rows) for one in layouts]
     length = auto_length(recordings) if average_s == "auto" else average_s
     return [_run(*each, length) for each in zip(run_names(paths), layouts, recordings, strict=True)]
 
@@ -76,9 +83,10 @@ def _finite(value: object) -> bool:
     return isinstance(value, int | float) and not isinstance(value, bool) and math.isfinite(value)
 
 
-def _record(one: Layout, reference: float, average_s: Average, gap_s: float | None) -> Recording:
+def _record(one: Layout, reference: float, average_s: Average, gap_s: float | None, bad_rows: BadRows) -> Recording:
     """Streams one file."""
-    stream = (in_run_units(chunk, one.sources) for chunk in chunks(one.path, [source.column for source in one.sources]))
+    skipped: list[int] = []
+    stream = _chunks(one, skipped.append if bad_rows == "skip" else None)
     head = list(_at_least(HEAD_ROWS, stream))
     step = median_step(one.path, head)
     gap = GAP_STEPS * step if gap_s is None else gap_s
@@ -93,7 +101,20 @@ def _record(one: Layout, reference: float, average_s: Average, gap_s: float | No
     if lowest == highest:
         raise InputError(f"{one.path}, column {one.output.column}: is {lowest:g} in all {recording.rows} rows; a gyro's output varies")
     recording.close()
+    if sum(skipped) > recording.rows:
+        raise InputError(f"{one.path}: data.bad_rows=skip would leave out {sum(skipped)} of {sum(skipped) + recording.rows} rows; see to the file")
+    if skipped:
+        recording.notes.append(f"{sum(skipped)} row(s) without a number in every cell, or whose time does not increase, are left out")
     return recording
+
+
+def _chunks(one: Layout, skipped: Callable[[int], None] | None) -> Iterator[np.ndarray]:
+    """The columns of a file in a run's units."""
+    try:
+        for chunk in chunks(one.path, [source.column for source in one.sources], skipped=skipped):
+            yield in_run_units(chunk, one.sources)
+    except BadRow as error:
+        raise InputError(f"{error}; data.bad_rows=skip leaves such rows out") from error
 
 
 def _at_least(rows: int, stream: Iterable[np.ndarray]) -> Iterable[np.ndarray]:

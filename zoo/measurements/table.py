@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
 from types import ModuleType
 
@@ -33,13 +33,17 @@ def _kind(path: Path) -> ModuleType:
     return parquet_table if suffix(path) == ".parquet" else csv_table
 
 
-def chunks(path: Path, columns: Sequence[str], chunk_bytes: int = CHUNK_BYTES) -> Iterator[np.ndarray]:
+def chunks(
+    path: Path, columns: Sequence[str], chunk_bytes: int = CHUNK_BYTES, *, skipped: Callable[[int], None] | None = None
+) -> Iterator[np.ndarray]:
     """Reads some columns of a file in bounded memory.
 
     Args:
         path: .csv, .csv.gz or .parquet.
         columns: names from the header, the time first.
         chunk_bytes: about how much of the file to hold at a time.
+        skipped: told how many rows were left out, as often as there are some, because a cell is empty or not finite or the time does not increase;
+            None where such a row is an error.
 
     Returns:
         (M, C) float64, M rows in the file's order, chunk by chunk.
@@ -47,7 +51,24 @@ def chunks(path: Path, columns: Sequence[str], chunk_bytes: int = CHUNK_BYTES) -
     Raises:
         InputError: no rows; a cell that is no finite number; a time that does not increase. Names the row, the column and what was found.
     """
-    return (part.numbers for part in rows(path, columns, chunk_bytes))
+    if skipped is None:
+        return (part.numbers for part in rows(path, columns, chunk_bytes))
+    return _usable(path, columns, chunk_bytes, skipped)
+
+
+def _usable(path: Path, columns: Sequence[str], chunk_bytes: int, skipped: Callable[[int], None]) -> Iterator[np.ndarray]:
+    """The rows of finite numbers that are later than every one before them."""
+    last = -np.inf
+    for part in _kind(path).rows(path, columns, chunk_bytes):
+        chunk = part.numbers[np.isfinite(part.numbers).all(axis=1)]
+        chunk = chunk[chunk[:, 0] > np.maximum.accumulate(np.concatenate([[last], chunk[:, 0]]))[:-1]]
+        if len(chunk) < len(part.numbers):
+            skipped(len(part.numbers) - len(chunk))
+        if len(chunk):
+            last = float(chunk[-1, 0])
+            yield chunk
+    if last == -np.inf:
+        raise InputError(f"{path}: has no row whose cells all hold a number; there is nothing to read")
 
 
 def rows(path: Path, columns: Sequence[str], chunk_bytes: int = CHUNK_BYTES, *, keep: bool = False, filled: int | None = None) -> Iterator[Rows]:
