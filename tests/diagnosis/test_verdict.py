@@ -143,6 +143,17 @@ def test_one_thermometer_is_enough_for_a_gyro_without_secrets(runs, catalogue, b
     assert (record["verdict"], record["missing"]) == ("complete", [])
 
 
+@pytest.mark.parametrize(("hidden", "factor"), [("", 3.0), ("hysteresis", 2.0), ("bias_step", 3.0)])
+def test_one_run_may_be_noisier_than_the_others(simulation, catalogue, base, white, hidden, factor) -> None:
+    recorded, chance = [as_run(one) for one in simulation(hidden, runs=3).runs], Generator().manual_seed(5)
+    fine = white * (100 / 20) ** 0.5
+    more = (factor**2 - 1) ** 0.5 * fine * torch.randn(len(recorded[1].error), generator=chance, dtype=torch.float64)
+    found = diagnose([recorded[0], replace(recorded[1], error=recorded[1].error + more), recorded[2]], base, catalogue)
+    named = [hidden] if hidden else []
+    assert (found.verdict, found.record["missing"]) == ("missing" if hidden else "complete", named)
+    assert found.record["noise_floor"] == pytest.approx(white * ((2 + factor**2) / 3) ** 0.5, rel=0.15)
+
+
 def test_the_unit_of_the_output_does_not_matter(diagnosis, runs, catalogue, base) -> None:
     """°/h into rad/s: a factor of 4.848e-6 on every number with a unit, and nothing else."""
     factor = 4.84813681109536e-06
