@@ -123,6 +123,22 @@ def test_no_file_takes_the_place_of_another(trained) -> None:
         assert len(pd.read_csv(one["written"])) == len(recording())
 
 
+@pytest.mark.parametrize("first", [0, 1, 300])
+def test_rows_that_come_late_are_left_empty_where_that_is_asked_for(trained, first) -> None:
+    """Stamps that were written twice, one that went back, one that is missing."""
+    frame = recording()
+    late = pd.concat([frame[: first + 1], frame[first : first + 1], frame[first + 1 : 400], frame[350:351].assign(time_s=np.nan), frame[400:]])
+    late.to_csv("late.csv", index=False)
+    frame.to_csv("good.csv", index=False)
+    assert compensate(trained["graybox"], "data.files=[late.csv,good.csv]", "data.bad_rows=skip") == 0
+    written, good = pd.read_csv("out/late.csv"), pd.read_csv("out/good.csv")
+    added = ["predicted_error_dph", "rate_dph_compensated"]
+    assert len(written) == len(frame) + 2
+    assert written.index[written[added].isna().any(axis=1)].tolist() == [first + 1, 401]
+    pd.testing.assert_frame_equal(written[added].dropna().reset_index(drop=True), good[added], rtol=1e-9)
+    assert facts()[0]["rows_without_prediction"] == 2
+
+
 def test_rows_without_a_temperature_are_left_empty_and_forgotten(trained, capsys) -> None:
     frame = recording()
     without = frame.drop(index=range(100, 110))
@@ -166,7 +182,8 @@ def test_bias_and_rms_are_told_where_the_true_input_is_known(trained, capsys) ->
         ({}, ["data.columns.output=rate_dph", "data.output_unit=dps"], "is in °/h by its name"),
         ({}, ["hydra.run.dir=."], "would be overwritten"),
         ({}, ["data.average_s=-1"], "data.average_s=-1"),
-        ({}, ["data.bad_rows=skip"], "compensate writes every row again"),
+        ({}, ["data.bad_rows=drop"], "data.bad_rows=drop: possible are error, skip"),
+        ({"time_s": 1.0}, [], "the time must increase from row to row; with data.bad_rows=skip such rows get empty cells"),
         ({}, ["run=nowhere"], "run: nowhere: no model.yaml"),
     ],
 )

@@ -155,7 +155,24 @@ def test_another_unit_than_the_one_expected_is_pointed_at(tmp_path: Path) -> Non
         "temperature_c reaches" in note and "taken as °C" in note for note in read_runs(write_measurements(tmp_path / "b.csv", kelvin))[0].notes
     )
     milliseconds = data | {"time_s": data["time_s"] * 10_000}
-    assert any("lasts 5553 h" in note for note in read_runs(write_measurements(tmp_path / "c.csv", milliseconds))[0].notes)
+    path = write_measurements(tmp_path / "c.csv", milliseconds)
+    with pytest.raises(InputError, match=r"would last 231 days or longer; say data\.time_unit=ms.* if it is another unit, and data\.time_unit=s if"):
+        read_runs(path)
+    assert float(read_runs(path, time_unit="s")[0].time[-1]) == pytest.approx(2e7, rel=0.01)
+
+
+def test_a_times_unit_that_no_name_tells_can_be_said(tmp_path: Path) -> None:
+    data = recording(2_000, 1.0)
+    plain = read_runs(write_measurements(tmp_path / "a.csv", data))[0]
+    renamed = {"t": (data["time_s"] * 1000).round(), "temperature_c": data["temperature_c"], "rate_dph": data["rate_dph"]}
+    path = write_measurements(tmp_path / "b.csv", renamed)
+    said = read_runs(path, columns={"time": "t"}, time_unit="ms")[0]
+    torch.testing.assert_close(said.time, plain.time, rtol=0, atol=1e-3)
+    assert "t is converted from ms to s" in said.notes
+    with pytest.raises(InputError, match=r"data\.time_unit=msec"):
+        read_runs(path, columns={"time": "t"}, time_unit="msec")
+    with pytest.raises(InputError, match=r"'time_s' is in s by its name, but data\.time_unit=ms"):
+        read_runs(tmp_path / "a.csv", time_unit="ms")
 
 
 def test_a_thin_block_stays_in_the_history_and_is_not_judged(tmp_path: Path) -> None:

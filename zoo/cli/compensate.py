@@ -16,9 +16,9 @@ from zoo.artifacts import write_json
 from zoo.catalog import load_ranges
 from zoo.cli.command_line import is_typed
 from zoo.cli.saved_models import SavedModel, find_model
-from zoo.errors import InputError
+from zoo.errors import BadRow, InputError
 from zoo.measurements.files import find_files, run_names, suffix
-from zoo.measurements.read import check_numbers
+from zoo.measurements.read import check_settings
 from zoo.measurements.schema import Layout, layout
 from zoo.measurements.table import column_names
 from zoo.models.compensation import Compensation, Compensator, Tally, check_uncompensated, remarks
@@ -46,15 +46,14 @@ def run(config: DictConfig, out: Path) -> Path:
     """
     device = usable_device(config.torch_device)
     data: dict[str, Any] = OmegaConf.to_container(config.data, resolve=True)  # type: ignore[assignment]
-    check_numbers(data["reference"], data["average_s"], data["gap_s"])
-    if data["bad_rows"] != "error":
-        raise InputError("data.bad_rows: compensate writes every row again, with empty cells where it cannot be compensated; leave it out")
+    check_settings(data["reference"], data["average_s"], data["gap_s"], data["bad_rows"])
     saved = find_model("run", str(config.run))
     layouts = _layouts(data)
     targets = _targets([one.path for one in layouts], out)
     with threads_for(0):
         compensator = _compensator(saved, device)
-        passes = [Compensation(compensator, one, data["reference"], _average(data, saved), data["gap_s"]) for one in layouts]
+        skip = data["bad_rows"] == "skip"
+        passes = [Compensation(compensator, one, data["reference"], _average(data, saved), data["gap_s"], skip) for one in layouts]
         done = [_written(one, target) for one, target in zip(passes, targets, strict=True)]
     known = [one.reference is not None or data["reference"] != 0 or is_typed("data.reference") for one in layouts]
     facts = [_facts(*each, compensator) for each in zip(layouts, targets, done, known, strict=True)]
@@ -70,7 +69,7 @@ def _layouts(data: dict[str, Any]) -> list[Layout]:
     for path in find_files(data["files"]):
         present = column_names(path)
         check_uncompensated(path, present)
-        found.append(layout(path, present, data["columns"], data["output_unit"]))
+        found.append(layout(path, present, data["columns"], data["output_unit"], data["time_unit"]))
     return found
 
 
@@ -107,6 +106,13 @@ def _average(data: dict[str, Any], saved: SavedModel) -> Any:
 
 
 def _written(one: Compensation, target: Path) -> Tally:
+    try:
+        return _with_progress(one, target)
+    except BadRow as error:
+        raise InputError(f"{error}; with data.bad_rows=skip such rows get empty cells") from error
+
+
+def _with_progress(one: Compensation, target: Path) -> Tally:
     with progress(target.name, STEPS) as advance:
         told = 0
 

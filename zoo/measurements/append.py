@@ -37,6 +37,7 @@ def append_columns(
     compute: Compute,
     *,
     filled: int | None = None,
+    skip: bool = False,
     first_s: float = 0.0,
     chunk_bytes: int = CHUNK_BYTES,
 ) -> Path:
@@ -50,6 +51,7 @@ def append_columns(
         compute: (M, C) the next rows of those columns in the run's units, NaN where a cell is missing, and the share of the file that has been
             read with them -> (M, K) new columns; NaN becomes an empty cell.
         filled: how many of `columns`, from the first, need a finite number in every row; None for all.
+        skip: whether a row without these, or whose time does not increase, comes with nothing but NaN; else it is an error.
         first_s: time that the first chunk spans at least, where the file does [s].
         chunk_bytes: about how much of the file to hold at a time.
 
@@ -60,7 +62,7 @@ def append_columns(
         InputError: as in `zoo.measurements.table.rows`; a name that the file has already; the target is the source.
     """
     _check_new(source, target, names)
-    stream = rows(source, [one.column for one in columns], chunk_bytes, keep=True, filled=filled)
+    stream = rows(source, [one.column for one in columns], chunk_bytes, keep=True, filled=filled, skip=skip)
     converted = (Rows(in_run_units(part.numbers, columns), part.kept, part.share) for part in stream)
     parts = ((part, compute(part.numbers, part.share)) for part in _long_enough(first_s, converted))
     with replacing(target) as temporary:
@@ -84,7 +86,8 @@ def _long_enough(first_s: float, stream: Iterator[Rows]) -> Iterator[Rows]:
     begun: list[Rows] = []
     for part in stream:
         begun.append(part)
-        if part.numbers[-1, 0] - begun[0].numbers[0, 0] > first_s:
+        time = np.concatenate([one.numbers[:, 0] for one in begun])
+        if np.nanmax(time, initial=-np.inf) - np.nanmin(time, initial=np.inf) > first_s:
             break
     if begun:
         yield reduce(add, begun)

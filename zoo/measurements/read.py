@@ -11,6 +11,7 @@ from typing import Literal, get_args
 import numpy as np
 import torch
 
+from zoo import units
 from zoo.errors import BadRow, InputError
 from zoo.measurements.files import find_files, run_names
 from zoo.measurements.recording import Average, Recording, auto_length
@@ -23,7 +24,7 @@ HEAD_ROWS = 100_000
 GAP_STEPS = 5.0
 _STARTUP_ROWS = 100
 LONGEST_S, HOTTEST_C = 60 * 86400.0, 150.0
-"""A longer run was written down in milliseconds, perhaps, and a hotter gyro in kelvins or °F."""
+"""What lasts longer was written down in milliseconds, and what is hotter in kelvins or °F."""
 
 
 def read_runs(
@@ -34,6 +35,7 @@ def read_runs(
     average_s: Average = "auto",
     gap_s: float | None = None,
     bad_rows: BadRows = "error",
+    time_unit: str | None = None,
 ) -> list[Run]:
     """Reads measurement files, one run a file, in memory that grows with the runs' duration and not with their rate.
 
@@ -48,6 +50,7 @@ def read_runs(
         gap_s: longest time between rows that is no gap [s]; None for five median steps.
         bad_rows: what to do about rows with a cell that is empty or not finite, or a time that does not increase: ``"error"``, or ``"skip"`` for
             leaving them out, which the run's notes tell.
+        time_unit: the time's unit, ``"ms"``, ``"us"``, ``"min"`` …; None where the column's name tells it, or it is seconds.
 
     Returns:
         The runs in the files' order, with the same columns. The fine grid is a fifth of a block, or the rows themselves where it would hold
@@ -56,18 +59,16 @@ def read_runs(
     Raises:
         InputError: anything the user can put right; names the file, row, column or key.
     """
-    check_numbers(reference, average_s, gap_s)
-    if bad_rows not in get_args(BadRows):
-        raise InputError(f"data.bad_rows={bad_rows}: possible are {', '.join(get_args(BadRows))}")
+    check_settings(reference, average_s, gap_s, bad_rows)
     paths = find_files(files)
-    layouts = keep_shared([layout(path, column_names(path), columns, output_unit) for path in paths])
-    recordings = [_record(one, reference, average_s, gap_s, bad_rows) for one in layouts]
+    layouts = keep_shared([layout(path, column_names(path), columns, output_unit, time_unit) for path in paths])
+    recordings = [_record(one, reference, average_s, gap_s, bad_rows, time_unit is None) for one in layouts]
     length = auto_length(recordings) if average_s == "auto" else average_s
     return [_run(*each, length) for each in zip(run_names(paths), layouts, recordings, strict=True)]
 
 
-def check_numbers(reference: float, average_s: Average, gap_s: float | None) -> None:
-    """Refuse what cannot be a true input, a length of blocks, or the length of a gap; the arguments are those of `read_runs`.
+def check_settings(reference: float, average_s: Average, gap_s: float | None, bad_rows: str) -> None:
+    """Refuse what cannot be a true input, a length of blocks, the length of a gap, or a way with bad rows; the arguments are those of `read_runs`.
 
     Raises:
         InputError: one of them is none.
@@ -77,14 +78,16 @@ def check_numbers(reference: float, average_s: Average, gap_s: float | None) -> 
             raise InputError(f"data.{key}={value}: possible are {', '.join(('a positive number of seconds', *words))} and null")
     if not _finite(reference):
         raise InputError(f"data.reference={reference}: a number is needed, the true input in the output's unit")
+    if bad_rows not in get_args(BadRows):
+        raise InputError(f"data.bad_rows={bad_rows}: possible are {', '.join(get_args(BadRows))}")
 
 
 def _finite(value: object) -> bool:
     return isinstance(value, int | float) and not isinstance(value, bool) and math.isfinite(value)
 
 
-def _record(one: Layout, reference: float, average_s: Average, gap_s: float | None, bad_rows: BadRows) -> Recording:
-    """Streams one file."""
+def _record(one: Layout, reference: float, average_s: Average, gap_s: float | None, bad_rows: BadRows, short: bool) -> Recording:
+    """Streams one file; one that must be `short` is refused where its time is hardly in seconds."""
     skipped: list[int] = []
     stream = _chunks(one, skipped.append if bad_rows == "skip" else None)
     head = list(_at_least(HEAD_ROWS, stream))
@@ -98,6 +101,8 @@ def _record(one: Layout, reference: float, average_s: Average, gap_s: float | No
     for chunk in itertools.chain(head, stream):
         lowest, highest = min(lowest, chunk[:, -1].min()), max(highest, chunk[:, -1].max())
         recording.push(_with_error(chunk, one, reference))
+        if short and chunk[-1, 0] - head[0][0, 0] > LONGEST_S:
+            raise InputError(_too_long(one, chunk[-1, 0] - head[0][0, 0]))
     if lowest == highest:
         raise InputError(f"{one.path}, column {one.output.column}: is {lowest:g} in all {recording.rows} rows; a gyro's output varies")
     recording.close()
@@ -179,14 +184,18 @@ def _run(name: str, one: Layout, recording: Recording, length: float | None) -> 
     )
 
 
+def _too_long(one: Layout, span_s: float) -> str:
+    time = one.inputs[0]
+    named = f"column {time.column} is taken as {units.UNITS[time.given].symbol}, and the run would last {span_s / 86400.0:.0f} days or longer"
+    return f"{one.path}: {named}; say data.time_unit=ms, us, min or h if it is another unit, and data.time_unit={time.given} if it is true"
+
+
 def _implausible(recording: Recording, one: Layout, table: np.ndarray) -> list[str]:
     """What looks like another unit than the one that is expected, one sentence each."""
     notes = []
-    if recording.span_s > LONGEST_S:
-        notes.append(f"the run lasts {recording.span_s / 3600:.0f} h; the time is taken as seconds")
     for place, source in enumerate(one.inputs):
         if source.name.startswith("temperature_") and (hottest := float(table[:, place].max())) > HOTTEST_C:
-            notes.append(f"{source.column} reaches {hottest:.0f}; it is taken as °C")
+            notes.append(f"{source.column} reaches {hottest:.0f}; it is taken as °C (from a name that ends in _k or _f it would be converted)")
     return notes
 
 

@@ -70,7 +70,13 @@ def in_run_units(numbers: np.ndarray, sources: Sequence[Source]) -> np.ndarray:
     return numbers
 
 
-def layout(path: Path, present: Sequence[str], columns: Mapping[str, str | None] | None = None, output_unit: str | None = None) -> Layout:
+def layout(
+    path: Path,
+    present: Sequence[str],
+    columns: Mapping[str, str | None] | None = None,
+    output_unit: str | None = None,
+    time_unit: str | None = None,
+) -> Layout:
     """Finds the columns of one file.
 
     Args:
@@ -78,6 +84,7 @@ def layout(path: Path, present: Sequence[str], columns: Mapping[str, str | None]
         present: the names in its header.
         columns: role -> the file's own name; a role that is missing or None has its default name. A role of no known name is a column more.
         output_unit: the output's unit, as suffix or as usually written, where the column's name does not say it.
+        time_unit: the time's, likewise.
 
     Raises:
         InputError: a role that looks mistyped, a column that is not there or is two things, an output that cannot be told or whose unit is not
@@ -85,7 +92,7 @@ def layout(path: Path, present: Sequence[str], columns: Mapping[str, str | None]
     """
     mapped = {role: name for role, name in (columns or {}).items() if name is not None}
     _check_mapping(path, present, mapped)
-    time = _required(path, present, mapped, "time", "time_s", "s")
+    time = _time(path, present, mapped, time_unit)
     temperature = _required(path, present, mapped, "temperature", "temperature_c", "c")
     output = _output(path, present, mapped, output_unit)
     reference = _reference(path, present, mapped, output.wanted)
@@ -176,6 +183,20 @@ def _required(path: Path, present: Sequence[str], mapped: Mapping[str, str], rol
         raise InputError(f"{path}: no column '{name}'; its columns: {', '.join(present)}\n{hint}")
     given = units.output_suffix(name, units.UNITS[unit].quantity) or unit
     return Source(default, name, given, unit)
+
+
+def _time(path: Path, present: Sequence[str], mapped: Mapping[str, str], unit: str | None) -> Source:
+    found = _required(path, present, mapped, "time", "time_s", "s")
+    if unit is None:
+        return found
+    known, named = units.suffixes("time"), units.output_suffix(found.column, "time")
+    if unit not in known:
+        raise InputError(f"data.time_unit={unit}: {nearest(str(unit), known)}")
+    if named not in (None, unit):
+        raise InputError(
+            f"{path}: '{found.column}' is in {named} by its name, but data.time_unit={unit}; leave that out, or call the column otherwise"
+        )
+    return replace(found, given=unit)
 
 
 def _thermometers(present: Sequence[str], mapped: Mapping[str, str]) -> list[Source]:

@@ -58,20 +58,35 @@ def chunks(
 
 def _usable(path: Path, columns: Sequence[str], chunk_bytes: int, skipped: Callable[[int], None]) -> Iterator[np.ndarray]:
     """The rows of finite numbers that are later than every one before them."""
-    last = -np.inf
-    for part in _kind(path).rows(path, columns, chunk_bytes):
-        chunk = part.numbers[np.isfinite(part.numbers).all(axis=1)]
-        chunk = chunk[chunk[:, 0] > np.maximum.accumulate(np.concatenate([[last], chunk[:, 0]]))[:-1]]
+    some = False
+    for part in rows(path, columns, chunk_bytes, skip=True):
+        chunk = part.numbers[np.isfinite(part.numbers[:, 0])]
         if len(chunk) < len(part.numbers):
             skipped(len(part.numbers) - len(chunk))
         if len(chunk):
-            last = float(chunk[-1, 0])
+            some = True
             yield chunk
-    if last == -np.inf:
+    if not some:
         raise InputError(f"{path}: has no row whose cells all hold a number; there is nothing to read")
 
 
-def rows(path: Path, columns: Sequence[str], chunk_bytes: int = CHUNK_BYTES, *, keep: bool = False, filled: int | None = None) -> Iterator[Rows]:
+def _spoilt(needed: np.ndarray, last: float) -> np.ndarray:
+    """(M,) bool: which rows (M, C) lack a number, or are not later than every good one before them and than `last`."""
+    complete = np.isfinite(needed).all(axis=1)
+    time = np.where(complete, needed[:, 0], -np.inf)
+    spoilt: np.ndarray = time <= np.maximum.accumulate(np.concatenate([[last], time]))[:-1]
+    return spoilt
+
+
+def rows(
+    path: Path,
+    columns: Sequence[str],
+    chunk_bytes: int = CHUNK_BYTES,
+    *,
+    keep: bool = False,
+    filled: int | None = None,
+    skip: bool = False,
+) -> Iterator[Rows]:
     """The same with the rows as they stand in the file.
 
     Args:
@@ -80,6 +95,7 @@ def rows(path: Path, columns: Sequence[str], chunk_bytes: int = CHUNK_BYTES, *, 
         chunk_bytes: about how much of the file to hold at a time.
         keep: whether the rows are asked for in full as well.
         filled: how many of the columns, from the first, need a finite number in every row; None for all.
+        skip: whether rows without these numbers, or whose time does not increase, come with nothing but NaN; else they are an error.
 
     Raises:
         InputError: as in `chunks`.
@@ -88,10 +104,13 @@ def rows(path: Path, columns: Sequence[str], chunk_bytes: int = CHUNK_BYTES, *, 
     last, done = -np.inf, 0
     for part in kind.rows(path, columns, chunk_bytes, keep, filled):
         needed = part.numbers[:, :filled]
-        time = needed[:, 0]
-        if not np.isfinite(needed).all() or not (np.diff(time, prepend=last) > 0).all():
+        bad = _spoilt(needed, last)
+        if bad.any() and not skip:
             kind.explain(path, columns[:filled], needed, done, last)
-        last, done = float(time[-1]), done + len(time)
+        if not bad.all():
+            last = float(needed[~bad, 0][-1])
+        part.numbers[bad] = np.nan
+        done += len(bad)
         yield part
     if done == 0:
         raise InputError(f"{path}: has a header and no rows; there is nothing to read")

@@ -108,7 +108,7 @@ def _check_unit(one: Layout, unit: str) -> None:
 class Compensation:
     """One file on its way through a model."""
 
-    def __init__(self, compensator: Compensator, one: Layout, reference: float, average_s: Average, gap_s: float | None) -> None:
+    def __init__(self, compensator: Compensator, one: Layout, reference: float, average_s: Average, gap_s: float | None, skip: bool = False) -> None:
         """Prepare.
 
         Args:
@@ -117,6 +117,7 @@ class Compensation:
             reference: true input where it is not recorded [output's unit].
             average_s: length of the blocks by which the result is judged [s].
             gap_s: longest time between rows that is no gap [s]; None for five median steps.
+            skip: whether rows whose time is missing or does not increase get empty cells; else they are an error.
 
         Raises:
             InputError: see `columns_needed`.
@@ -124,7 +125,7 @@ class Compensation:
         self.tally = Tally()
         self._with, self._one = compensator, one
         self._sources = columns_needed(compensator, one)
-        self._reference, self._average_s, self._gap_s = reference, average_s, gap_s
+        self._reference, self._average_s, self._gap_s, self._skip = reference, average_s, gap_s, skip
         self._stream = Stream(compensator.model)
         self._recording: Recording | None = None
 
@@ -146,7 +147,7 @@ class Compensation:
             return added
 
         names = (f"{PREDICTED}{self._one.unit}", f"{self._one.output.column}{LEFT}")
-        append_columns(self._one.path, target, self._sources, names, compute, filled=1, first_s=FIRST_S)
+        append_columns(self._one.path, target, self._sources, names, compute, filled=1, skip=self._skip, first_s=FIRST_S)
         if self.tally.unpredicted == self.tally.rows:
             target.unlink()
             raise InputError(f"{self._one.path}: {', '.join(self._with.used)}: no row has a number in each; there is nothing to predict from")
@@ -198,7 +199,7 @@ class Compensation:
     def _push(self, numbers: np.ndarray, error: np.ndarray, predicted: np.ndarray) -> None:
         """Takes rows for the means by which the result is judged."""
         if self._recording is None:
-            step = median_step(self._one.path, [numbers])
+            step = median_step(self._one.path, [numbers[np.isfinite(numbers[:, 0])]])
             self._recording = Recording(step, self._average_s, GAP_STEPS * step if self._gap_s is None else max(self._gap_s, step))
         rows = np.stack([numbers[:, 0], error, predicted], axis=1)
         rows = rows[np.isfinite(rows).all(axis=1)]
@@ -222,7 +223,8 @@ def remarks(one: Layout, tally: Tally, ranges: Ranges) -> list[str]:
     """What a user should know of one file, a line each."""
     found = [*one.notes, *tally.notes]
     if tally.unpredicted:
-        found.append(f"{tally.unpredicted} of {tally.rows} rows lack a number in a column that the model needs; their new cells are empty")
+        lacking = "lack a number in a column that the model needs, or a time that increases"
+        found.append(f"{tally.unpredicted} of {tally.rows} rows {lacking}; their new cells are empty")
     for name, (count, low, high) in tally.outside.items():
         fitted = " … ".join(f"{value:.4g}" for value in ranges[name])
         found.append(f"{name} is outside of what was fitted ({fitted}) in {count} of {tally.rows} rows: {low:.4g} … {high:.4g}")
