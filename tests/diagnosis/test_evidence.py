@@ -73,8 +73,11 @@ def test_what_cannot_be_seen_is_as_probable_after_looking_as_before(diagnosis, h
     for share in (0.3, 1.0):
         listed = {(one.effects, one.faint): one.probability for one in hypotheses(found.search, found.structure, share)}
         assert sum(listed.values()) + unknown(found.structure) == pytest.approx(1)
-        alone = sum(chance for (named, faint), chance in listed.items() if not faint and len(named) <= len(effects))
-        assert listed[(effects, True)] / alone == pytest.approx(share * odds)
+        beside = {named: chance for (named, faint), chance in listed.items() if faint}
+        assert effects in beside
+        for named, chance in beside.items():
+            assert len(named) <= len(effects)
+            assert chance == pytest.approx(share * odds * listed[(named, False)]), "whatever the others are"
 
 
 def test_evidence_is_antisymmetric_and_none_against_itself(diagnosis) -> None:

@@ -91,9 +91,9 @@ def hypotheses(found: Search, structure: Structure, hidden: float) -> list[Hypot
     alone = 1.0 / (1.0 + hidden * (ANOTHER ** len(found.missing) if found.missing else SOMETHING))
     size = len(found.missing)
     total = sum(sets.values()) / (1.0 - unknown(structure))
-    faint = (1.0 - alone) * sum(weight for effects, weight in sets.items() if len(effects) <= size) / total
     listed = [Hypothesis(effects, (alone if len(effects) <= size else 1.0) * weight / total) for effects, weight in sets.items()]
-    return sorted([*listed, Hypothesis(tuple(sorted(found.missing)), faint, faint=True)], key=lambda one: -one.probability)
+    faint = [Hypothesis(effects, (1.0 - alone) * weight / total, faint=True) for effects, weight in sets.items() if len(effects) <= size]
+    return sorted([*listed, *faint], key=lambda one: -one.probability)
 
 
 def _chances(step: Step, name: str) -> dict[str, float]:
