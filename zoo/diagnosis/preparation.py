@@ -19,7 +19,7 @@ FEWEST_BLOCKS = 60
 SAMPLES = 61
 FEW_OUTLIERS = 4
 """More isolated blocks in one run than so many that a model leaves far off are what it lacks."""
-FAR_FROM_MODEL = 5.0
+FAR_FROM_MODEL = 3.0
 """Sigma, beyond six times the local median deviation, at which a block is far off where a model has explained the rest."""
 ALONE = 1 / 3
 """Most that the blocks beside an outlier may be off, of what it is itself: a burst that dies away is none."""
