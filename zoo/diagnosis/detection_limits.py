@@ -13,10 +13,8 @@ import torch
 from torch import Tensor
 
 from zoo.diagnosis.acceptance import ACCEPT
-from zoo.diagnosis.noise_likelihood import samples_of
 from zoo.diagnosis.shape_search import Beside
 from zoo.diagnosis.workbench import Solved, Workbench
-from zoo.effects.base import Effect
 from zoo.fitting.projection import complement
 
 SHAPES = 12
@@ -56,32 +54,33 @@ def detection_limits(bench: Workbench, final: Solved, names: list[str]) -> dict[
         final: the model, fitted.
         names: effects that it has not.
     """
-    whitener = final.mixtures.whitener(final.likely.place)[1]
+    noise, whitener = final.likely.noise, final.mixtures.whitener(final.likely.place)[1]
     beside = Beside.under(final.design, final.fit.theta, final.fit.plain, whitener, bench.span_s)
+    per_sigma = final.mixtures.white / noise.white
     ten = bench.mixtures.white * math.sqrt(bench.runs[0].average_s / REFERENCE_S)
     found = {}
     for name in names:
         shapes = bench.shapes(name)
         shapes = shapes[torch.linspace(0, len(shapes) - 1, min(len(shapes), SHAPES)).round().long()]
         freedom = 1 + len(bench.effects[name].shape)
-        one, samples = _size_of_one_sigma(final, beside, bench.effects[name], shapes)
-        price = ACCEPT + math.log(max(len(names), 1)) + 0.5 * freedom * samples.log()
-        sizes = ((2.0 * price).sqrt() + QUANTILE).mul(one).flatten()
+        price = ACCEPT + math.log(max(len(names), 1)) + 0.5 * freedom * math.log(bench.effective_samples)
+        seen = math.sqrt(2.0 * price) + QUANTILE
+        sizes = (seen * _size_of_one_sigma(bench, beside, name, shapes) / per_sigma).flatten()
         hidden = ((sizes / (SMALLEST * ten)).log() / math.log(LARGEST / SMALLEST)).clamp(0.0, 1.0)
         found[name] = Limit(float(sizes.median()), float(hidden.mean()))
     return found
 
 
-def _size_of_one_sigma(final: Solved, beside: Beside, effect: Effect, shapes: Tensor) -> tuple[Tensor, Tensor]:
-    """(G, K) half of peak to peak of each column of an effect where it is one standard deviation of its own amplitude [unit], and its samples.
+def _size_of_one_sigma(bench: Workbench, beside: Beside, name: str, shapes: Tensor) -> Tensor:
+    """(G, K) half of peak to peak of each column of an effect where it is one standard deviation of its own amplitude [unit].
 
     Infinite where the model absorbs it; without columns that no run has anything of, such as those of a third run where there are two.
     """
+    effect = bench.effects[name]
     plain = beside.design.effect_columns(effect, beside.places, shapes, lambda columns: columns)
-    white = final.mixtures.whitened(plain, final.likely)
+    white = beside.whitener(plain)
     left = complement(white, beside.basis).norm(dim=-2)
     height = 0.5 * (plain.amax(dim=-2) - plain.amin(dim=-2))
     sizes = torch.where((height > 0) & (left > ABSORBED * white.norm(dim=-2)), height / left, torch.inf)
-    samples = samples_of(plain, white, final.likely).nan_to_num(1.0)
     filled = (plain != 0).any(dim=-2).any(dim=0)
-    return (sizes[:, filled], samples[:, filled]) if bool(filled.any()) else (sizes, samples)
+    return sizes[:, filled] if bool(filled.any()) else sizes

@@ -8,7 +8,6 @@ from dataclasses import dataclass
 import torch
 from torch import Tensor
 
-from zoo.diagnosis.noise_likelihood import samples_of
 from zoo.diagnosis.quantities import FLAT, RATE, TEMPERATURE, Quantity, quantities
 from zoo.diagnosis.workbench import Freed, Solved, Workbench
 from zoo.fitting.projection import project
@@ -133,8 +132,7 @@ def weigh(bench: Workbench, solved: Solved, free: Tensor, beside: Tensor | None 
     if after.logarithm - before.logarithm > 0.5 * (free.shape[1] + BY_CHANCE * math.sqrt(2.0 * free.shape[1])):
         after = bench.mixtures.most_likely(columns, solved.design.error, before.place)
     left = float(project(columns, solved.design.error).cost) / float(project(known, solved.design.error).cost)
-    samples = samples_of(free, bench.mixtures.whitened(free, after), after)
-    return 1.0 - left, after.logarithm - before.logarithm - 0.5 * float(samples.log().nan_to_num().sum())
+    return 1.0 - left, after.logarithm - before.logarithm - 0.5 * free.shape[1] * math.log(bench.effective_samples)
 
 
 def anywhere(bench: Workbench, solved: Solved) -> dict[str, Freed]:
@@ -178,13 +176,12 @@ def worth(bench: Workbench, solved: Solved, free: Tensor, there: Solved | None =
     """
     coil = there or solved
     columns = torch.cat([coil.fit.plain, free], dim=1)
-    own, further = coil.fit.plain.shape[1], 0.5 * (coil.fit.moved - solved.fit.moved)
+    price, own, further = math.log(bench.effective_samples), coil.fit.plain.shape[1], 0.5 * (coil.fit.moved - solved.fit.moved)
     likely = bench.mixtures.most_likely(columns, solved.design.error, solved.likely.place)
-    white = bench.mixtures.whitened(torch.cat([columns, solved.design.error.unsqueeze(1)], dim=1), likely)
+    white = bench.mixtures.whitener(likely.place)[1](torch.cat([columns, solved.design.error.unsqueeze(1)], dim=1))
+    white = white * (bench.mixtures.white / likely.noise.white)
     costs = [float(project(white[:, :count], white[:, -1]).cost) for count in range(own + 1, white.shape[1])]
     gains = [likely.logarithm - solved.likely.logarithm - further - 0.5 * (cost - costs[-1]) for cost in costs]
-    prices = 0.5 * samples_of(free, white[:, own:-1], likely).log().nan_to_num().cumsum(0)
-    whole = gains[-1] - float(prices[-1])
-    ordered = enumerate(zip(gains, prices.tolist(), strict=True), 1)
-    lower = [Freed(gain - price - order * math.log(2.0), gain, whole) for order, (gain, price) in ordered]
+    whole = gains[-1] - 0.5 * len(gains) * price
+    lower = [Freed(gain - order * (0.5 * price + math.log(2.0)), gain, whole) for order, gain in enumerate(gains, 1)]
     return max(*lower, Freed(whole, gains[-1], whole))

@@ -96,10 +96,6 @@ class NoiseMixtures:
         """One mixture, see `most_likely`."""
         return self._joined(place, torch.cat([columns, target.unsqueeze(1)], dim=1))
 
-    def whitened(self, columns: Tensor, likely: Likely) -> Tensor:
-        """(..., N, K) block means [unit] -> the same by the root of a mixture's covariance, its level's factor included."""
-        return self.whitener(likely.place)[1](columns) * (self.white / likely.noise.white)
-
     def _joined(self, place: Place, joined: Tensor) -> Likely:
         noise, whitener = self.whitener(place)
         white = whitener(joined)
@@ -109,22 +105,6 @@ class NoiseMixtures:
         factor, logarithm = _best_level(cost, len(joined))
         scaled = replace(noise, white=noise.white * factor, flicker=noise.flicker * factor, walk=noise.walk * factor)
         return Likely(logarithm - 0.5 * whitener.log_determinant + prior, scaled, cost / factor**2, place)
-
-
-def samples_of(columns: Tensor, whitened: Tensor, likely: Likely) -> Tensor:
-    """How many independent block means, in white noise alone, would tell as much of the amplitude of each column as the runs do.
-
-    Of fringes nearly all of them, of what is as slow as a random walk a few.
-
-    Args:
-        columns: (..., N, K) block means [unit].
-        whitened: the same, see `NoiseMixtures.whitened`.
-        likely: the noise.
-
-    Returns:
-        (..., K) from 1 up; NaN where a column is zero.
-    """
-    return (whitened.square().sum(-2) * likely.noise.white**2 / columns.square().mean(-2)).clamp_min(1.0)
 
 
 def _neighbours(place: Place) -> list[Place]:

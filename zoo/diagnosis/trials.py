@@ -8,7 +8,6 @@ from dataclasses import dataclass
 
 from zoo.diagnosis.screening import Screened, screen
 from zoo.diagnosis.workbench import Solved, Workbench
-from zoo.scoring.noise import effective_samples
 
 HOPELESS = -8.0
 """A candidate whose projected evidence is below this is not refitted."""
@@ -85,8 +84,7 @@ def refit(bench: Workbench, before: Solved, trial: Trial, far: bool) -> None:
 
 def glances(bench: Workbench, before: Solved, candidates: list[Screened]) -> list[Trial]:
     """The best candidates with nothing nonlinear refitted; others get what projection guesses, and no more than the least of these."""
-    price = math.log(effective_samples(before.likely.noise, bench.mixtures.runs))
-    guesses = [0.5 * one.gain - 0.5 * min(one.freedom, SURE) * price for one in candidates]
+    guesses = [0.5 * one.gain - 0.5 * min(one.freedom, SURE) * math.log(bench.effective_samples) for one in candidates]
     least = max([HOPELESS, *sorted(guesses, reverse=True)[GLANCED : GLANCED + 1]])
     near = [_glance(bench, before, one) for one, guess in zip(candidates, guesses, strict=True) if guess > least or one is candidates[0]]
     most = min((trial.evidence for trial in near), default=0.0)

@@ -17,16 +17,16 @@ class Trimmed:
 
     Attributes:
         gain: by how much χ² grew.
-        price: χ² that what is left costs.
+        freedom: parameters that are left, of those that a column depends on.
         choices: logarithm of the number of ways to keep as many amplitudes of each effect.
     """
 
     gain: float
-    price: float
+    freedom: int
     choices: float
 
 
-def trimmed(whitened: Tensor, target: Tensor, moves: Tensor, given: list[list[int]], prices: Tensor) -> Trimmed:
+def trimmed(whitened: Tensor, target: Tensor, moves: Tensor, given: list[list[int]], price: float) -> Trimmed:
     """Leave out, one at a time, the amplitudes that lower χ² by less than they cost, but one of each effect (backward elimination).
 
     A parameter of the shape goes when the last column does that depends on it. An effect with three lines in temperature, of which the gyro has
@@ -37,7 +37,7 @@ def trimmed(whitened: Tensor, target: Tensor, moves: Tensor, given: list[list[in
         target: (N,) whitened.
         moves: (P, K) whether a column depends on a parameter.
         given: places of the amplitudes of each effect that may be trimmed.
-        prices: (K+P,) χ² that each must be worth.
+        price: χ² that a parameter must be worth.
     """
     norm = whitened.norm(dim=0).clamp_min(1e-300)
     scaled = whitened / norm
@@ -47,20 +47,17 @@ def trimmed(whitened: Tensor, target: Tensor, moves: Tensor, given: list[list[in
     effects = [[column for column in places if bool(whitened[:, column].any())] or places[:1] for places in given]
     dead = {column for places in given for column in places} - {column for places in effects for column in places}
     present = [i for i in present if i not in dead]
-    each = prices.tolist()
     kept, gain = [list(places) for places in effects], 0.0
     while True:
         trials = {column: _without(present, column, moves) for places in kept if len(places) > 1 for column in places}
-        cheaper = {column: sum(each[i] for i in set(present) - set(left)) for column, left in trials.items()}
-        saved = {column: cheaper[column] - _loss(gram, right, present, left) for column, left in trials.items()}
+        saved = {column: price * (len(present) - len(left)) - _loss(gram, right, present, left) for column, left in trials.items()}
         least = max(saved, key=lambda column: saved[column], default=None)
         if least is None or saved[least] <= 0:
             break
-        gain += cheaper[least] - saved[least]
+        gain += price * (len(present) - len(trials[least])) - saved[least]
         present = trials[least]
         kept = [[column for column in places if column != least] for places in kept]
-    choices = sum(math.log(math.comb(len(all_), len(left))) for all_, left in zip(effects, kept, strict=True))
-    return Trimmed(gain, sum(each[i] for i in present), choices)
+    return Trimmed(gain, len(present), sum(math.log(math.comb(len(all_), len(left))) for all_, left in zip(effects, kept, strict=True)))
 
 
 def _without(present: list[int], column: int, moves: Tensor) -> list[int]:

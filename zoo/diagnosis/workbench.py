@@ -3,9 +3,8 @@
 from __future__ import annotations
 
 import copy
-import itertools
 import math
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from functools import cached_property
 from typing import NamedTuple
 
@@ -13,10 +12,10 @@ import torch
 from torch import Tensor
 
 from zoo.diagnosis.elsewhere import Elsewhere
-from zoo.diagnosis.noise_likelihood import START, Likely, NoiseMixtures, Place, samples_of
+from zoo.diagnosis.noise_likelihood import START, Likely, NoiseMixtures, Place
 from zoo.diagnosis.preparation import reference_varies, without_outliers
 from zoo.diagnosis.shape_search import Beside
-from zoo.diagnosis.trimming import Trimmed, trimmed
+from zoo.diagnosis.trimming import trimmed
 from zoo.effects.base import Effect
 from zoo.effects.bounds import to_physical, to_unit
 from zoo.fitting.design import Design, coarse_starts, starts_in_motion
@@ -100,33 +99,19 @@ class Solved:
             at += len(effect.amplitudes)
         return found
 
-    @cached_property
-    def whitened(self) -> Tensor:
-        """(N, K+P+1) its columns, the tangents of θ and the error, whitened by the likeliest noise."""
-        return self.mixtures.whitened(torch.cat([self.fit.plain, self.design.error.unsqueeze(1)], dim=1), self.likely)
+    def trimmed(self, effects: dict[str, list[int]], price: float) -> tuple[float, int, float]:
+        """χ² lost, parameters left and logarithm of the choices when the columns of some effects are trimmed under the likeliest noise.
 
-    def trimmed(self, effects: dict[str, list[int]], usual: float) -> Trimmed:
-        """What some effects lose and cost when their columns are trimmed under the likeliest noise; those of the others cost nothing.
-
-        A parameter costs the logarithm of the samples that tell of it: with one number for all, what is slow in a gyro that walks would be charged as
-        if every block told of it, or what chance explains with fringes there would be cheap. One on which nothing depends where it is, such as the
-        number of a run, costs what is usual, and is not left out but with the columns of its own effect.
-
-        Args:
-            effects: places of their columns.
-            usual: χ² that a parameter costs where nothing tells.
+        A parameter on which nothing depends where it is, such as the number of a run, is not left out but with the columns of its own effect.
         """
-        owners = [owner for owner, _ in self.model.parameters_of_theta()]
-        count = self.fit.columns.shape[1]
-        samples = samples_of(self.fit.plain, self.whitened[:, :-1], self.likely)
-        own = [*itertools.chain(*effects.values()), *(count + i for i, owner in enumerate(owners) if owner in effects)]
-        prices = torch.zeros_like(samples)
-        prices[own] = samples[own].log().nan_to_num(usual)
-        if not any(len(places) > 1 for places in effects.values()):
-            return Trimmed(0.0, float(prices.sum()), 0.0)
-        found = trimmed(self.whitened[:, :-1], self.whitened[:, -1], self.fit.moves, list(effects.values()), prices)
-        resting = [owner for owner, moves in zip(owners, self.fit.moves, strict=True) if owner in effects and not bool(moves.any())]
-        return replace(found, price=found.price + usual * sum(len(effects[owner]) == 1 for owner in resting))
+        several = {name: places for name, places in effects.items() if len(places) > 1}
+        if not several:
+            return 0.0, self.freedom, 0.0
+        resting = [owner for (owner, _), moves in zip(self.model.parameters_of_theta(), self.fit.moves, strict=True) if not bool(moves.any())]
+        white = self.mixtures.whitener(self.likely.place)[1](torch.cat([self.fit.plain, self.design.error.unsqueeze(1)], dim=1))
+        white = white * (self.mixtures.white / self.likely.noise.white)
+        found = trimmed(white[:, :-1], white[:, -1], self.fit.moves, list(effects.values()), price)
+        return found.gain, found.freedom + sum(owner not in several for owner in resting), found.choices
 
     @property
     def plain_columns(self) -> Tensor:
@@ -320,7 +305,11 @@ class Workbench:
 
     @cached_property
     def effective_samples(self) -> float:
-        """How many independent block means the runs are worth under the noise that gyros usually have, for a parameter of which no more is known."""
+        """How many independent block means the runs are worth under the noise that gyros usually have.
+
+        A parameter costs the same whatever noise a search comes to: with that of a gyro that walks, six hundred blocks would count as six, and what
+        chance explains of them would be cheap.
+        """
         return effective_samples(assumed(self.mixtures.white, self.runs), self.mixtures.runs)
 
     def evidence(self, less: Solved, more: Solved) -> float:
@@ -328,7 +317,7 @@ class Workbench:
 
         A slow residual may be an effect or flicker: the noise mixture is part of either hypothesis, so that an effect must beat the noise that would
         do without it. An effect that only one of them has is judged by those of its amplitudes that the runs call for; a parameter costs half the
-        logarithm of the samples that tell of it (Schwarz 1978), see `Solved.trimmed`. What both have costs both the same.
+        logarithm of the effective number of samples (Schwarz 1978).
         """
         return self._worth(more, less.names) - self._worth(less, more.names)
 
@@ -336,9 +325,10 @@ class Workbench:
         """Log likelihood less what the parameters cost, with effects that are not among the common ones trimmed."""
         key = frozenset(common)
         if key not in solved.worths:
+            price = math.log(self.effective_samples)
             optional = {name: places for name, places in solved.places().items() if name not in common}
-            found = solved.trimmed(optional, math.log(self.effective_samples))
-            solved.worths[key] = solved.likely.logarithm - 0.5 * (found.gain + found.price + solved.fit.moved) - found.choices
+            gain, freedom, choices = solved.trimmed(optional, price)
+            solved.worths[key] = solved.likely.logarithm - 0.5 * (gain + solved.fit.moved) - 0.5 * freedom * price - choices
         return solved.worths[key]
 
     def noise_floor(self, solved: Solved) -> float:
