@@ -110,6 +110,16 @@ def test_the_models_predictions_are_those_that_were_scored(ladder, check) -> Non
     assert found.model is found.solutions[-1].model
 
 
+def test_how_far_check_runs_go_beyond_the_fitted_ones_is_told(runs, check, base, catalogue, ladder) -> None:
+    assert ladder("").record["beyond"] == {}
+    hot = [replace(run, table=run.table + torch.tensor([40.0 if name.startswith("temp") else 0.0 for name in run.columns])) for run in check("")]
+    record = refine(runs(""), hot, base, [], catalogue, diagnosis=ladder("").diagnosis).record
+    assert set(record["beyond"]) == set(runs("")[0].thermometers)
+    for one in record["beyond"].values():
+        assert one["reached"][1] > one["fitted"][1] + 20.0
+        assert 0.1 < one["share"] < 0.9
+
+
 def test_without_a_check_run_there_is_nothing_to_check(runs, catalogue, base) -> None:
     record = refine(runs(), [], base, "warm_up", catalogue).record
     assert [step["rms_check"] for step in record["ladder"]] == [None, None]

@@ -68,6 +68,13 @@ def test_a_check_that_fails_says_why(floor: float, checks: list[float | None], s
     assert not any(part in text for part in unsaid), text
 
 
+def test_a_check_that_fails_beyond_what_was_fitted_says_so() -> None:
+    beyond = {"temperature_c": {"fitted": [-20.0, 50.0], "reached": [25.0, 85.0], "share": 0.6}}
+    text = words({}, refined([0.2, 0.3], noise_floor=0.08, noise_floor_check=0.02, beyond=beyond))
+    assert "temperature_c is 25.0 … 85.0 there, −20.0 … 50.0 in the fitted runs. There it extrapolates." in text
+    assert "too closely" not in text
+
+
 def test_pieces_that_were_held_out_are_no_runs() -> None:
     text = words({}, refined([0.2, 0.1, 0.12], noise_floor=0.02, check_runs=["a (held out)", "b (held out)"]))
     assert "The held-out pieces are predicted best with hysteresis alone" in text

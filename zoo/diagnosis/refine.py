@@ -18,6 +18,7 @@ from zoo.fitting.noise import blocks_of, noise_of
 from zoo.measurements.run import Run
 from zoo.models.graybox import GrayBox
 from zoo.models.prediction import predict_blocks
+from zoo.models.ranges import beyond
 from zoo.scoring.noise import NoiseModel
 
 CHECK_ALLOWED = 1.5
@@ -132,6 +133,7 @@ def _record(bench: Workbench, solutions: list[Solved], structure: Structure, che
         "noise_floor_check": floor_check,
         "verdict": "complete" if structure.is_noise and borne_out else "unknown",
         "borne_out": borne_out,
+        "beyond": beyond(solutions[-1].model, bench.runs, check_runs),
         "parameters": fitted_parameters(solutions[-1], bench.runs[0].unit),
     }
 

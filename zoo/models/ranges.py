@@ -15,6 +15,7 @@ from zoo.models.base import Model
 Ranges = Mapping[str, tuple[float, float]]
 """Smallest and largest value by raw column, in the column's unit."""
 TIME = "time_s"
+SELDOM = 0.01
 ROOM = 0.02
 """Share of a range by which a value may lie outside of it: noise that the fit's means over a few seconds did not have. Engineering prior."""
 
@@ -48,6 +49,24 @@ def outside(x: Tensor, inputs: Sequence[str], ranges: Ranges) -> Tensor:
     """
     low, high = torch.tensor(limits(inputs, ranges), dtype=x.dtype, device=x.device).unbind(1)
     return (x < low) | (x > high)
+
+
+def beyond(model: Model, fitted: Sequence[Run], others: Sequence[Run]) -> dict[str, dict[str, object]]:
+    """How far other runs go beyond what a model was fitted to, by raw column, where they do in more than 1 % of their rows.
+
+    Args:
+        model: whose `inputs` are asked for.
+        fitted: the runs that it was fitted to.
+        others: runs that are only predicted.
+    """
+    ranges = fitted_ranges(model, fitted)
+    found: dict[str, dict[str, object]] = {}
+    for name, (low, high) in fitted_ranges(model, others).items() if others else ():
+        value = torch.cat([run.column(name)[run.block >= 0] for run in others])
+        share = float(outside(value.unsqueeze(1), [name], ranges).double().mean())
+        if share > SELDOM:
+            found[name] = {"fitted": list(ranges[name]), "reached": [low, high], "share": share}
+    return found
 
 
 def limits(inputs: Sequence[str], ranges: Ranges) -> list[tuple[float, float]]:
