@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Callable
 from dataclasses import replace
 
@@ -194,7 +195,23 @@ def test_what_happens_at_few_moments_is_no_noise_and_they_are_told(planted, base
     told = moments(bench, solved)
     assert [name for name, _ in told] == ["run_1", "run_1", "run_2"]
     assert [hours for _, hours in told] == pytest.approx([2.0, 6.5, 4.2], abs=0.3)
-    assert restless(bench, solved).startswith("It happens at few moments: run_1 at ")
+    said = restless(bench, solved)
+    assert said.startswith("It happens at few moments: run_1 at ")
+    assert "thermometer" not in said, "three times, at any temperature"
+
+
+def test_moments_that_have_their_temperature_in_common_say_so(planted, base, white) -> None:
+    """A burst whenever the coil warms through 40 °C."""
+
+    def latch(run: Run, coil: Tensor) -> Tensor:
+        crossed = torch.nonzero((coil[1:] > 40.0) & (coil[:-1] <= 40.0)).flatten()
+        since = [run.time - run.time[place] for place in crossed]
+        return sum((8 * white * torch.exp(-one.clamp_min(0) / 600) * (one > 0) for one in since), torch.zeros_like(run.time))
+
+    bench = planted(latch, 1)
+    said = restless(bench, bench.solve(tuple(base)))
+    low, high = (float(word) for word in re.findall(r"thermometer between ([\d.]+) and ([\d.]+) °C while it warms\.$", said)[0])
+    assert 35.0 < low <= high < 52.0, "which leads the coil"
 
 
 @pytest.mark.parametrize(("share", "noise"), [(0.7, False), (6.0, True)])

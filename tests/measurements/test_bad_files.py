@@ -132,7 +132,8 @@ def test_rows_that_are_skipped_might_as_well_not_be_there(tmp_path: Path, monkey
     assert torch.equal(run.table, same.table)
     assert torch.equal(run.error, same.error)
     assert run.rows == same.rows == 193
-    assert set(run.notes) - set(same.notes) == {"7 row(s) without a number in every cell, or whose time does not increase, are left out"}
+    told = f"{path.name}: 7 row(s) without a number in every cell, or whose time does not increase, are left out"
+    assert set(run.notes) - set(same.notes) == {told}
 
 
 def test_a_file_of_which_little_would_be_left_is_refused(tmp_path: Path) -> None:

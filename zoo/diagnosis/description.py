@@ -31,7 +31,7 @@ UNLIKE = 0.5
 """Part of the overall share explained below which a run is named as one that behaves otherwise."""
 WIDE = 100.0
 """Bounds of an amplitude over its fitted size."""
-NOTHING_SMOOTH = "No smooth function of temperature, rate, time or a recorded column explains it: it is different each time."
+NOTHING_SMOOTH = "No smooth function of temperature, rate, time or a recorded column explains it."
 
 
 @dataclass(frozen=True, eq=False)

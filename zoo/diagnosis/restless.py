@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 
+import torch
 from torch import Tensor
 
 from zoo.diagnosis.form_words import number
@@ -11,11 +12,15 @@ from zoo.diagnosis.moments import moments, rarity
 from zoo.diagnosis.swings import swings
 from zoo.diagnosis.switching import switching
 from zoo.diagnosis.workbench import Solved, Workbench
+from zoo.measurements.run import Run
+from zoo.physics.differentiator import temperature_rate
 from zoo.units import symbol
 
 FAR_AHEAD = 5.0
 """Evidence of two levels over that of a band: a sine has them half as well (1.1 to 2.6 found), what jumps has no band to speak of (18 and more)."""
 SECONDS_PER_MINUTE = 60.0
+ALIKE, NEAR = 3, 0.1
+"""How many moments within which share of the range of temperatures are no chance: three within a tenth are so by chance in 3 of 100."""
 
 
 def restless(bench: Workbench, solved: Solved) -> str:
@@ -28,7 +33,7 @@ def restless(bench: Workbench, solved: Solved) -> str:
         return f"It comes and goes at random: two levels {apart} {unit} apart, switching every {dwell} on average."
     found = moments(bench, solved)
     if found and rarity(bench, solved) > 1.0:
-        return f"It happens at few moments: {_told(found)}."
+        return f"It happens at few moments: {_told(found)}{_in_common(bench, found)}."
     if band.matters:
         return f"It swings, with no period that stays: every {' to '.join(_minutes(period) for period in band.periods_s)}."
     blocks = correlation_time(parts)
@@ -56,6 +61,24 @@ def _told(found: list[tuple[str, float]]) -> str:
     for name, hour in found:
         hours.setdefault(name, []).append(f"{hour:.2f}")
     return ", ".join(f"{name} at {' and '.join(each)} h" for name, each in hours.items())
+
+
+def _in_common(bench: Workbench, found: list[tuple[str, float]]) -> str:
+    """At which temperature the moments are, where they are alike in it as chance seldom makes three: something sets in there."""
+    runs = {run.name: run for run in bench.runs}
+    temperatures = torch.cat([run.block_mean(run.temperature) for run in bench.runs])
+    places = [(runs[name], int((_hours(runs[name]) - hour).abs().argmin())) for name, hour in found]
+    here = torch.stack([run.temperature[place] for run, place in places])
+    if len(found) < ALIKE or float(here.max() - here.min()) > NEAR * float(temperatures.max() - temperatures.min()):
+        return ""
+    rates = [float(temperature_rate(run.time, run.temperature)[place]) for run, place in places]
+    way = " while it warms" if min(rates) > 0 else " while it cools" if max(rates) < 0 else ""
+    return f", each time with the thermometer between {number(float(here.min()), 3)} and {number(float(here.max()), 3)} °C{way}"
+
+
+def _hours(run: Run) -> Tensor:
+    """(T,) since the run's first row [h]."""
+    return (run.time - run.time[0]) / 3600.0
 
 
 def _minutes(seconds: float) -> str:
