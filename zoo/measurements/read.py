@@ -109,7 +109,8 @@ def _record(one: Layout, reference: float, average_s: Average, gap_s: float | No
     if sum(skipped) > recording.rows:
         raise InputError(f"{one.path}: data.bad_rows=skip would leave out {sum(skipped)} of {sum(skipped) + recording.rows} rows; see to the file")
     if skipped:
-        recording.notes.append(f"{one.path.name}: {sum(skipped)} row(s) without a number in every cell, or whose time does not increase, are left out")
+        lacking = "row(s) without a number in every cell, or whose time does not increase, are left out"
+        recording.notes.append(f"{one.path.name}: {sum(skipped)} {lacking}")
     return recording
 
 
