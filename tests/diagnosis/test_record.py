@@ -98,13 +98,14 @@ def test_where_is_sorted_and_within_the_runs(record, runs) -> None:
         assert one["stage"] in {"hold", "heating", "cooling", "edge"}
         assert one["temperature_c"][0] <= one["temperature_c"][1]
         assert one["excess"] == pytest.approx(one["rms"] / record["noise_floor"])
+    assert record["noise_floor_by_run"] == dict.fromkeys(record["runs"], record["noise_floor"]), "which are equally noisy"
 
 
 def test_where_covers_every_block_once(diagnosis, monkeypatch) -> None:
     monkeypatch.setattr("zoo.diagnosis.regions.SHOWN", 1000)
     found = diagnosis("bias_step")
     runs, residual = found.bench.runs, found.search.base.residual
-    stages = regions(runs, residual, 1.0)
+    stages = regions(runs, residual, {run.name: 1.0 for run in runs})
     for run, part in zip(runs, residual.split([one.blocks for one in runs]), strict=True):
         own = sorted((one for one in stages if one["run"] == run.name), key=lambda one: one["from_s"])
         times = run.block_mean(run.time)

@@ -152,6 +152,9 @@ def test_one_run_may_be_noisier_than_the_others(simulation, catalogue, base, whi
     named = [hidden] if hidden else []
     assert (found.verdict, found.record["missing"]) == ("missing" if hidden else "complete", named)
     assert found.record["noise_floor"] == pytest.approx(white * ((2 + factor**2) / 3) ** 0.5, rel=0.15)
+    floors = found.record["noise_floor_by_run"]
+    assert floors["run_2"] / floors["run_1"] == pytest.approx(factor, rel=0.15)
+    assert any("run_2 has" in note and "times the noise of" in note for note in found.record["notes"])
 
 
 def test_the_unit_of_the_output_does_not_matter(diagnosis, runs, catalogue, base) -> None:

@@ -61,7 +61,7 @@ def _told(found: Diagnosis, asked: Subject) -> Diagnosis:
         record |= {
             "rms": float(left.square().mean().sqrt()),
             "rms_by_run": runs_rms(clean, left),
-            "where": regions(clean, left, record["noise_floor"]),
+            "where": regions(clean, left, record["noise_floor_by_run"]),
         }
     return found
 

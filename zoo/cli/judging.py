@@ -147,7 +147,7 @@ def _record(one: _Judged, scored: Scored, generator: Generator) -> dict[str, Any
         "excess": several.median / scored.floor,
         "removed": 1.0 - several.median / max(scored.pooled(UNCOMPENSATED), 1e-300),
         "rows": [_row(row, list(one.names.values()), scored) for row in scored.kinds],
-        "where": regions(scored.runs, torch.cat(left), scored.floor)[:WORST_SHOWN],
+        "where": regions(scored.runs, torch.cat(left), scored.floors)[:WORST_SHOWN],
         "goes_with": shares(torch.cat(left).cpu(), scored.quantities),
         "fitted_runs": [run.name for run in scored.runs if run.name in fitted],
     }

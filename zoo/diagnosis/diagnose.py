@@ -25,7 +25,7 @@ from zoo.diagnosis.trials import Step, Trial
 from zoo.diagnosis.workbench import Solved, Workbench
 from zoo.effects.base import Effect
 from zoo.errors import InputError, nearest
-from zoo.fitting.noise import noise_of
+from zoo.fitting.noise import floors_of, noise_of
 from zoo.measurements.run import Run
 from zoo.scoring.noise import effective_samples
 
@@ -126,7 +126,7 @@ def diagnose(runs: list[Run], effects: list[str], catalogue: dict[str, Effect], 
     floor = bench.noise_floor(found.final) if structure.is_noise else bench.mixtures.white
     limits = detection_limits(bench, found.final, [name for name in candidates if name not in found.final.names])
     weighed = hypotheses(found, structure, sum(limit.hidden for limit in limits.values()) / max(len(limits), 1))
-    shown = found.as_it_stands
+    shown, floors = found.as_it_stands, floors_of(bench.runs, floor)
     record = {
         "schema_version": SCHEMA_VERSION,
         "effects": list(effects),
@@ -136,6 +136,7 @@ def diagnose(runs: list[Run], effects: list[str], catalogue: dict[str, Effect], 
         "samples": bench.blocks,
         "effective_samples": round(effective_samples(found.final.likely.noise, bench.mixtures.runs), 1),
         "noise_floor": floor,
+        "noise_floor_by_run": floors,
         "noise": asdict(found.final.likely.noise),
         "rms": shown.rms,
         "rms_by_run": runs_rms(bench.runs, shown.residual),
@@ -146,18 +147,26 @@ def diagnose(runs: list[Run], effects: list[str], catalogue: dict[str, Effect], 
         "posterior": _posterior(weighed, structure),
         "candidates": _candidates(bench, found, candidates, weighed),
         "detection_limits": {name: _limit(limit) for name, limit in limits.items()},
-        "where": regions(bench.runs, shown.residual, floor),
+        "where": regions(bench.runs, shown.residual, floors),
         "next_experiment": None,
         "unexplained": [],
         "parameters": fitted_parameters(found.final, runs[0].unit),
         "not_tried": {name: bench.lacking(name) for name in catalogue if name not in effects and bench.lacking(name)},
-        "notes": [note for run in bench.runs for note in run.notes],
+        "notes": [*(note for run in bench.runs for note in run.notes), *_unequal(floors)],
     }
     if verdict == "unknown":
         progress("describing what nothing explains")
         record |= describe(bench, base).record()
     proposal = _experiment(bench, found, record, progress)
     return Diagnosis(record | {"next_experiment": proposal.record() if proposal else None}, bench, found, structure)
+
+
+def _unequal(floors: dict[str, float]) -> list[str]:
+    """A note where one run is noisier than another."""
+    quiet, loud = min(floors, key=lambda name: floors[name]), max(floors, key=lambda name: floors[name])
+    if floors[loud] <= floors[quiet]:
+        return []
+    return [f"the runs are not equally noisy: {loud} has {floors[loud] / floors[quiet]:.1f} times the noise of {quiet}, each is judged by its own"]
 
 
 def _experiment(bench: Workbench, found: Search, record: dict[str, Any], progress: Callable[[str], None]) -> Proposal | None:

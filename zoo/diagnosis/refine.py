@@ -14,7 +14,7 @@ from zoo.diagnosis.structure import Structure, examine
 from zoo.diagnosis.workbench import Solved, Workbench
 from zoo.effects.base import Effect
 from zoo.errors import InputError
-from zoo.fitting.noise import blocks_of, noise_of
+from zoo.fitting.noise import blocks_of, floors_of, noise_of
 from zoo.measurements.run import Run
 from zoo.models.graybox import GrayBox
 from zoo.models.prediction import predict_blocks
@@ -120,6 +120,7 @@ def _record(bench: Workbench, solutions: list[Solved], structure: Structure, che
         {"added": name, "effects": list(solved.names), "rms": solved.rms, "rms_check": check_rms(solved.model, check_runs)}
         for name, solved in zip([None, *added], solutions, strict=True)
     ]
+    floor = bench.noise_floor(solutions[-1]) if structure.is_noise else bench.mixtures.white
     floor_check = _check_floor(check_runs, solutions[-1].likely.noise if structure.is_noise else None)
     borne_out = floor_check is None or (ladder[-1]["rms_check"] or 0.0) <= CHECK_ALLOWED * floor_check
     return {
@@ -129,7 +130,8 @@ def _record(bench: Workbench, solutions: list[Solved], structure: Structure, che
         "runs": [run.name for run in bench.runs],
         "check_runs": [run.name for run in check_runs],
         "ladder": ladder,
-        "noise_floor": bench.noise_floor(solutions[-1]) if structure.is_noise else bench.mixtures.white,
+        "noise_floor": floor,
+        "noise_floor_by_run": floors_of(bench.runs, floor),
         "noise_floor_check": floor_check,
         "verdict": "complete" if structure.is_noise and borne_out else "unknown",
         "borne_out": borne_out,

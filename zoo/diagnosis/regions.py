@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import Any
 
 import torch
@@ -13,13 +14,13 @@ from zoo.scoring.stages import label_stages
 SHOWN = 24
 
 
-def regions(runs: list[Run], residual: Tensor, floor: float) -> list[dict[str, Any]]:
+def regions(runs: list[Run], residual: Tensor, floors: Mapping[str, float]) -> list[dict[str, Any]]:
     """RMS of the residual in every stage of every run.
 
     Args:
         runs: R runs.
         residual: (N,) block means, runs one after the other [unit].
-        floor: noise floor [unit].
+        floors: noise floor of each run [unit].
 
     Returns:
         The contract's `where`, worst first, 24 at most.
@@ -39,10 +40,10 @@ def regions(runs: list[Run], residual: Tensor, floor: float) -> list[dict[str, A
                     "temperature_c": [round(float(here.min()), 2), round(float(here.max()), 2)],
                     "rate_k_per_min": round(_mean_rate(time[stage.blocks], here), 3),
                     "rms": rms,
-                    "excess": rms / floor,
+                    "excess": rms / floors[run.name],
                 }
             )
-    return sorted(found, key=lambda region: -region["rms"])[:SHOWN]
+    return sorted(found, key=lambda region: -region["excess"])[:SHOWN]
 
 
 def _mean_rate(time: Tensor, temperature: Tensor) -> float:

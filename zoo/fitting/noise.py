@@ -57,6 +57,13 @@ def levels_of(runs: list[Run]) -> list[float]:
     return [level / noise_of(runs).white for level in each]
 
 
+def floors_of(runs: list[Run], floor: float) -> dict[str, float]:
+    """What the noise floor of some runs together [unit] is of each, by name: its share of their noise, see `levels_of`."""
+    levels = levels_of(runs)
+    mean = math.sqrt(sum(run.blocks * level**2 for run, level in zip(runs, levels, strict=True)) / sum(run.blocks for run in runs))
+    return {run.name: floor * level / mean for run, level in zip(runs, levels, strict=True)}
+
+
 def _level(run: Run) -> float:
     """White noise of a run's block means where the two scales agree; NaN where they do not."""
     coarse, fine = white_level([run.block_mean(run.error)], kept=STILL), _fine_level([run])

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, field
 from typing import Any
 
 from zoo.report.wording import finite, times
@@ -18,21 +19,24 @@ class Floors:
     Attributes:
         fitted: of the fitted runs.
         checked: of the check runs, where it is known by itself.
+        by_run: of each fitted run, where they differ.
     """
 
     fitted: float | None = None
     checked: float | None = None
+    by_run: Mapping[str, float] = field(default_factory=dict)
 
     @classmethod
     def read(cls, diagnosis: dict[str, Any], refinement: dict[str, Any] | None = None) -> Floors:
         """From the contract's records; the diagnosis knows no check runs."""
         later = refinement or {}
         # The ladder's numbers are the refinement's: all of one page are divided by the same floor.
-        return cls(finite(later.get("noise_floor")) or finite(diagnosis.get("noise_floor")), finite(later.get("noise_floor_check")))
+        own = later if finite(later.get("noise_floor")) else diagnosis
+        return cls(finite(own.get("noise_floor")), finite(later.get("noise_floor_check")), own.get("noise_floor_by_run") or {})
 
-    def of(self, role: str) -> float | None:
-        """The floor of a run by its role, ``"fit"`` or ``"check"``."""
-        return self.checked or self.fitted if role == "check" else self.fitted
+    def of(self, role: str, run: str = "") -> float | None:
+        """The floor of a run by its role, ``"fit"`` or ``"check"``, and its name; without one that of all."""
+        return self.checked or self.fitted if role == "check" else self.by_run.get(run, self.fitted)
 
 
 def excess(value: Any, floor: Any) -> float | None:

@@ -51,8 +51,8 @@ def celsius(pair: Any) -> str:
     return NONE if not texts else texts[0] if texts[0] == texts[-1] else f"{texts[0]} … {texts[-1]}"
 
 
-def region_rows(where: list[Record], scale: Scale, floor: float | None = None) -> list[list[str]]:
-    """Rank, run, stage, from [h], to [h], temperature [°C], rms, multiple of the noise floor: of this one, or else of the diagnosis' own."""
+def region_rows(where: list[Record], scale: Scale, floors: Floors | None = None) -> list[list[str]]:
+    """Rank, run, stage, from [h], to [h], temperature [°C], rms, multiple of the noise floor: of these, or else of the diagnosis' own."""
     return [
         [
             str(rank),
@@ -62,7 +62,7 @@ def region_rows(where: list[Record], scale: Scale, floor: float | None = None) -
             hours(region.get("to_s")),
             celsius(region.get("temperature_c")),
             scale.text(region.get("rms")),
-            times(excess(region.get("rms"), floor) if floor else region.get("excess")),
+            times(excess(region.get("rms"), floors.of("fit", str(region.get("run")))) if floors else region.get("excess")),
         ]
         for rank, region in enumerate(where, 1)
     ]

@@ -64,7 +64,7 @@ def _add_figures(writer: SummaryWriter, diagnosis: Record, traces: list[Trace], 
         if rungs:
             add_image(writer, "ladder", ladder_figure(rungs, scale, floors))
         for trace in worst_first([trace for trace in traces if len(trace.time_s)])[:RUNS_DRAWN]:
-            add_image(writer, f"runs/{trace.run}", time_figure(trace, shades(where, trace.run), scale, floors.of(trace.role), sides))
+            add_image(writer, f"runs/{trace.run}", time_figure(trace, shades(where, trace.run), scale, floors.of(trace.role, trace.run), sides))
 
 
 def add_image(writer: SummaryWriter, tag: str, figure: Figure) -> None:
