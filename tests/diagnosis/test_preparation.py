@@ -9,9 +9,10 @@ import torch
 
 from zoo.catalog import build, names
 from zoo.diagnosis.diagnose import diagnose, open_bench
-from zoo.diagnosis.preparation import FEW_OUTLIERS, check_swing, without_outliers
+from zoo.diagnosis.preparation import FAR_FROM_MODEL, FEW_OUTLIERS, check_swing, without_outliers
 from zoo.errors import InputError
 from zoo.fitting.noise import noise_of
+from zoo.scoring.spikes import spikes
 
 TIMELESS = {"warm_up", "aging", "bias_step", "supply_voltage", "chamber_cycling", "dead_band"}
 """Effects of time and of recorded inputs."""
@@ -57,6 +58,15 @@ def test_the_few_isolated_blocks_that_a_model_leaves_far_off_go_and_more_of_them
         assert [run.blocks for run in clean] == [given[0].blocks - left, given[1].blocks]
         assert (clean is given) == (left == 0)
         assert len(clean[0].notes) == len(given[0].notes) + (left > 0)
+
+
+def test_noise_is_seldom_far_off_a_model_and_what_no_noise_is_mostly() -> None:
+    noise = torch.randn(300_000, generator=torch.Generator().manual_seed(1), dtype=torch.float64)
+    assert float(spikes(noise, 1.0, FAR_FROM_MODEL).double().mean()) < 1e-4
+    for sigmas, share in ((8.0, 0.5), (12.0, 0.9)):
+        knocked = noise.clone()
+        knocked[10::30] = sigmas
+        assert float(spikes(knocked, 1.0, FAR_FROM_MODEL)[10::30].double().mean()) > share
 
 
 @pytest.mark.parametrize("lasts", [2, 3, 5])

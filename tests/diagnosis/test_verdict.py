@@ -154,6 +154,8 @@ def test_one_run_may_be_noisier_than_the_others(simulation, catalogue, base, whi
     assert found.record["noise_floor"] == pytest.approx(white * ((2 + factor**2) / 3) ** 0.5, rel=0.15)
     floors = found.record["noise_floor_by_run"]
     assert floors["run_2"] / floors["run_1"] == pytest.approx(factor, rel=0.15)
+    ratios = [one["excess"] for one in found.record["where"]]
+    assert ratios == sorted(ratios, reverse=True), "worst first, each by its own noise"
     assert any("run_2 has" in note and "times the noise of" in note for note in found.record["notes"])
 
 

@@ -9,7 +9,7 @@ from torch import Tensor
 
 from zoo.effects.base import Effect, History
 from zoo.errors import InputError
-from zoo.fitting.noise import noise_of
+from zoo.fitting.noise import levels_of, noise_of
 from zoo.measurements.run import Run
 from zoo.scoring.spikes import off_neighbours, spikes
 
@@ -20,7 +20,8 @@ SAMPLES = 61
 FEW_OUTLIERS = 4
 """More isolated blocks in one run than so many that a model leaves far off are what it lacks."""
 FAR_FROM_MODEL = 3.0
-"""Sigma, beyond six times the local median deviation, at which a block is far off where a model has explained the rest."""
+"""Sigma, beyond six times the local median deviation, at which a block is far off where a model has explained the rest: of white noise 2 in
+100 000, of blocks that are eight off more than half."""
 ALONE = 1 / 3
 """Most that the blocks beside an outlier may be off, of what it is itself: a burst that dies away is none."""
 VARIED = 0.01
@@ -76,7 +77,7 @@ def reference_varies(runs: list[Run]) -> bool:
 def without_spikes(runs: list[Run]) -> list[Run]:
     """The runs without isolated blocks that are no drift, each noted."""
     sigma = noise_of(runs).white
-    return [_without(run, spikes(run.block_mean(run.error), sigma)) for run in runs]
+    return [_without(run, spikes(run.block_mean(run.error), level * sigma)) for run, level in zip(runs, levels_of(runs), strict=True)]
 
 
 def without_outliers(runs: list[Run], residuals: list[Tensor], sigma: float) -> list[Run]:
@@ -89,7 +90,8 @@ def without_outliers(runs: list[Run], residuals: list[Tensor], sigma: float) -> 
         residuals: R of (N_r,) block means that the model leaves [unit].
         sigma: white noise of one block mean [unit].
     """
-    found = [_alone(spikes(residual, sigma, FAR_FROM_MODEL), residual) for residual in residuals]
+    each = zip(residuals, levels_of(runs), strict=True)
+    found = [_alone(spikes(residual, level * sigma, FAR_FROM_MODEL), residual) for residual, level in each]
     few = [bad if int(bad.sum()) <= FEW_OUTLIERS else torch.zeros_like(bad) for bad in found]
     return [_without(run, bad) for run, bad in zip(runs, few, strict=True)] if any(bool(bad.any()) for bad in few) else runs
 

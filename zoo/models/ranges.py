@@ -16,6 +16,7 @@ Ranges = Mapping[str, tuple[float, float]]
 """Smallest and largest value by raw column, in the column's unit."""
 TIME = "time_s"
 SELDOM = 0.01
+"""Share of the rows of runs that may lie outside without a word."""
 ROOM = 0.02
 """Share of a range by which a value may lie outside of it: noise that the fit's means over a few seconds did not have. Engineering prior."""
 
