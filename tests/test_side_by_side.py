@@ -1,21 +1,47 @@
-"""Work on several cores: the same results in the same order, whatever the threads do."""
+"""Work on several cores: the same results in the same order, whatever becomes of the copies."""
 
 from __future__ import annotations
 
+import os
+import signal
 import threading
 import time
+from pathlib import Path
 
 import pytest
 import torch
 
 from zoo import side_by_side as module
 from zoo.side_by_side import side_by_side
+from zoo.training.threads import threads_for
+
+HERE = os.getpid()
+pytestmark = pytest.mark.skipif(not module.COPIES, reason="no copies of a process on this system")
 
 
 @pytest.fixture(params=[1, 3])
 def allowed(request, monkeypatch) -> int:
     monkeypatch.setattr(module, "ALLOWED", request.param)
     return request.param
+
+
+@pytest.fixture
+def three(monkeypatch) -> None:
+    monkeypatch.setattr(module, "ALLOWED", 3)
+
+
+@pytest.fixture(autouse=True)
+def nothing_is_left():
+    """Neither a process nor an open file."""
+    before = len(list(Path("/proc/self/fd").iterdir()))
+    yield
+    assert len(list(Path("/proc/self/fd").iterdir())) == before
+    with pytest.raises(ChildProcessError):
+        os.waitpid(-1, os.WNOHANG)
+
+
+def in_copy() -> bool:
+    return os.getpid() != HERE
 
 
 def test_results_come_in_the_order_of_the_items(allowed) -> None:
@@ -27,29 +53,42 @@ def test_results_come_in_the_order_of_the_items(allowed) -> None:
     assert side_by_side(slow_first, []) == []
 
 
-def test_as_many_threads_as_are_allowed_with_one_core_each(allowed) -> None:
-    """All wait for each other: with fewer threads, nobody would go on."""
-    together = threading.Barrier(allowed, timeout=5)
-
-    def meets(_: int) -> int:
-        together.wait()
-        return torch.get_num_threads()
+def test_as_many_processes_as_are_allowed_with_one_core_each(allowed) -> None:
+    def where(_: int) -> tuple[int, int]:
+        time.sleep(0.3)
+        return os.getpid(), torch.get_num_threads()
 
     before = torch.get_num_threads()
-    found = side_by_side(meets, range(allowed))
-    assert found == ([before] if allowed == 1 else [1] * allowed)
+    found = side_by_side(where, range(allowed))
+    assert len({process for process, _ in found}) == allowed
+    assert {threads for _, threads in found} == ({before} if allowed == 1 else {1})
     assert torch.get_num_threads() == before
+
+
+def test_whoever_is_free_takes_the_next(three) -> None:
+    """A long item holds up one of three; the two others share the rest."""
+    begun = time.monotonic()
+    side_by_side(lambda item: time.sleep(0.6 if item == 0 else 0.06), range(13))
+    assert time.monotonic() - begun < 0.6 + 12 * 0.06
 
 
 def test_within_one_of_them_no_more_are_started(allowed) -> None:
     def inner(_: int) -> bool:
-        return len(set(side_by_side(lambda _: threading.get_ident(), range(3)))) == 1
+        return set(side_by_side(lambda _: os.getpid(), range(3))) == {os.getpid()}
 
     assert all(side_by_side(inner, range(2)))
 
 
+def test_beside_the_main_thread_everything_is_done_there(three) -> None:
+    found: list[int] = []
+    thread = threading.Thread(target=lambda: found.extend(side_by_side(lambda _: os.getpid(), range(3))))
+    thread.start()
+    thread.join()
+    assert found == [HERE] * 3
+
+
 @pytest.mark.parametrize("gradients", [True, False])
-def test_gradients_are_taken_where_they_would_be_without_threads(allowed, gradients) -> None:
+def test_gradients_are_taken_where_they_would_be_alone(allowed, gradients) -> None:
     with torch.set_grad_enabled(gradients):
         assert side_by_side(lambda _: torch.is_grad_enabled(), range(3)) == [gradients] * 3
 
@@ -59,8 +98,47 @@ def test_what_goes_wrong_in_one_is_raised(allowed) -> None:
         side_by_side(lambda item: 1 / item, [1, 0, 1])
 
 
-def test_products_are_the_same(allowed) -> None:
+def fails() -> None:
+    raise MemoryError
+
+
+def dies() -> None:
+    os.kill(os.getpid(), signal.SIGKILL)
+
+
+def hangs() -> None:
+    time.sleep(1000.0)
+
+
+@pytest.mark.parametrize("fate", [fails, dies, hangs])
+def test_what_a_copy_does_not_bring_is_done_here(three, monkeypatch, fate) -> None:
+    monkeypatch.setattr(module, "PATIENCE_S", 0.1)
+
+    def work(item: int) -> int:
+        if in_copy() and item == 3:
+            fate()
+        time.sleep(0.02)
+        return -item
+
+    assert side_by_side(work, range(6)) == [0, -1, -2, -3, -4, -5]
+
+
+def test_results_that_cannot_travel_are_made_here(three) -> None:
+    assert [one(2) for one in side_by_side(lambda item: lambda x: item * x, range(4))] == [0, 2, 4, 6]
+
+
+def test_where_the_system_gives_no_more_processes_one_does_it_all(three, monkeypatch) -> None:
+    def refused() -> int:
+        raise BlockingIOError("Resource temporarily unavailable")
+
+    monkeypatch.setattr(os, "fork", refused)
+    assert side_by_side(lambda _: os.getpid(), range(4)) == [HERE] * 4
+
+
+def test_products_are_the_same_to_the_last_digit_wherever_they_are_made(allowed) -> None:
     torch.manual_seed(0)
     matrices = [torch.randn(200, 200, dtype=torch.float64) for _ in range(6)]
-    for one, other in zip(side_by_side(lambda one: one @ one, matrices), [one @ one for one in matrices], strict=True):
-        torch.testing.assert_close(one, other, rtol=1e-14, atol=1e-11)
+    with threads_for(0):
+        alone = [one @ one for one in matrices]
+    for one, other in zip(side_by_side(lambda one: one @ one, matrices), alone, strict=True):
+        torch.testing.assert_close(one, other, rtol=0, atol=0)

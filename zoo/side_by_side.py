@@ -1,40 +1,154 @@
-"""Independent pieces of work on several cores."""
+"""Independent pieces of work on several cores, by copies of this process: they know all that it knows, and give back their results.
+
+Threads share Python's lock, and between small tensors they wait for it longer than they work. A fresh process, as in `zoo.processes`, would first
+have to import torch and to be sent everything.
+"""
 
 from __future__ import annotations
 
+import os
+import pickle
+import select
+import signal
+import struct
+import sys
 import threading
-from collections.abc import Callable, Iterable
-from concurrent.futures import ThreadPoolExecutor
-from typing import TypeVar
+import time
+import warnings
+from collections.abc import Callable, Iterable, Iterator
+from contextlib import contextmanager, suppress
+from contextvars import ContextVar
+from dataclasses import dataclass
+from typing import Any, TypeVar
 
 import torch
 
 T = TypeVar("T")
 R = TypeVar("R")
 MOST = 4
-"""More would wait for Python's lock rather than work."""
 ALLOWED = min(torch.get_num_threads(), MOST)
-"""As many as torch was given when the program started: OMP_NUM_THREADS=1 makes it one."""
+"""As many as torch was given threads when the program started: OMP_NUM_THREADS=1 makes it one."""
+COPIES = sys.platform == "linux"
+"""Elsewhere the system's own libraries do not stand being copied while they run."""
+PATIENCE_S = 20.0
+"""How much longer than all that was done here a copy may take for the last item that it took."""
+PLACE = struct.Struct("I")
+
+_busy: ContextVar[bool] = ContextVar("busy", default=False)
 
 
 def side_by_side(work: Callable[[T], R], items: Iterable[T]) -> list[R]:
-    """The results for each item, in their order, by threads with one core each: torch lets go of Python's lock while it computes.
+    """The results for each item, in their order, by this process and copies of it, with one core each.
 
-    For large products only: with small tensors, threads wait for the lock longer than they work. Within one of these threads, and where only one is
-    allowed, one item is done after the other.
+    Where only one is allowed, within one of them, in another thread than the main one, and where a GPU works, one item is done after the other. What
+    a copy does not bring, for whatever reason, is done here, so that errors are raised as ever.
 
     Args:
-        work: must not need what it does for another item.
-        items: what it is called with.
+        work: must not need what it does for another item, nor tell anybody of it: what it leaves behind besides its result is lost in a copy, and
+            the lock of a progress bar may be held in it for ever. Its results can be pickled.
+        items: what it is called with, a thousand at most; some tens of milliseconds of work all together, or a copy costs more than it helps.
     """
     given = list(items)
-    if min(ALLOWED, len(given)) < 2 or threading.current_thread() is not threading.main_thread():
+    workers = min(ALLOWED, len(given))
+    elsewhere = _busy.get() or threading.current_thread() is not threading.main_thread() or torch.cuda.is_initialized()
+    if workers < 2 or not COPIES or elsewhere or len(given) * PLACE.size > select.PIPE_BUF:
         return [work(item) for item in given]
-    gradients = torch.is_grad_enabled()
+    begun, found = time.monotonic(), dict[int, R]()
+    copies: list[_Copy] = []
+    with _queue(len(given)) as queue:
+        try:
+            with _alone(), suppress(OSError):  # no more processes, or no memory for one
+                while len(copies) < workers - 1:
+                    copies.append(_copy(work, given, queue))
+            with _alone():
+                found = {place: work(given[place]) for place in _taken(queue)}
+            until = time.monotonic() + PATIENCE_S + (time.monotonic() - begun)
+            for copy in copies:
+                found |= copy.results(until)
+        finally:
+            for copy in copies:
+                copy.end()
+    return [found[place] if place in found else work(item) for place, item in enumerate(given)]
 
-    def alone() -> None:
-        torch.set_num_threads(1)
-        torch.set_grad_enabled(gradients)
 
-    with ThreadPoolExecutor(min(ALLOWED, len(given)), initializer=alone) as pool:
-        return list(pool.map(work, given))
+@contextmanager
+def _alone() -> Iterator[None]:
+    """One core, and no copies of copies."""
+    threads, token = torch.get_num_threads(), _busy.set(True)
+    torch.set_num_threads(1)
+    try:
+        yield
+    finally:
+        torch.set_num_threads(threads)
+        _busy.reset(token)
+
+
+@contextmanager
+def _queue(items: int) -> Iterator[int]:
+    """A pipe that holds the place of every item: whoever is free reads the next."""
+    queue, writing = os.pipe()
+    os.write(writing, b"".join(PLACE.pack(place) for place in range(items)))
+    os.close(writing)
+    try:
+        yield queue
+    finally:
+        os.close(queue)
+
+
+def _taken(queue: int) -> Iterator[int]:
+    """Places of items that nobody else has taken."""
+    while place := os.read(queue, PLACE.size):
+        yield PLACE.unpack(place)[0]
+
+
+@dataclass(frozen=True)
+class _Copy:
+    """A copy of this process, and where it writes its results to."""
+
+    process: int
+    output: int
+
+    def results(self, until: float) -> dict[int, Any]:
+        """By place; none where they have not come by a time of the monotonic clock, or are broken off."""
+        ready, _, _ = select.select([self.output], [], [], max(until - time.monotonic(), 0.0))
+        with open(self.output, "rb", closefd=False) as stream, suppress(EOFError, pickle.UnpicklingError):
+            return dict(pickle.load(stream)) if ready else {}
+        return {}
+
+    def end(self) -> None:
+        """Whether it is done or not."""
+        os.close(self.output)
+        os.kill(self.process, signal.SIGKILL)
+        os.waitpid(self.process, 0)
+
+
+def _copy(work: Callable[[T], R], given: list[T], queue: int) -> _Copy:
+    """A copy that takes items until there are none.
+
+    Raises:
+        OSError: the system gives no further process.
+    """
+    output, writing = os.pipe()
+    try:
+        with warnings.catch_warnings():
+            # Python warns of other threads: theirs do not go on in the copy. On one core torch has none, and a progress bar's is not called upon.
+            warnings.simplefilter("ignore", DeprecationWarning)
+            process = os.fork()
+    except OSError:
+        os.close(output)
+        os.close(writing)
+        raise
+    if process:
+        os.close(writing)
+        return _Copy(process, output)
+    try:
+        signal.signal(signal.SIGINT, signal.SIG_DFL)
+        signal.signal(signal.SIGTERM, signal.SIG_DFL)
+        found: dict[int, R] = {}
+        with suppress(Exception):  # done again, and raised, where it can be told
+            for place in _taken(queue):
+                found[place] = work(given[place])
+        with os.fdopen(writing, "wb") as stream:
+            pickle.dump(found, stream, pickle.HIGHEST_PROTOCOL)
+    finally:
+        os._exit(0)

@@ -103,6 +103,19 @@ def test_it_never_gets_worse_than_its_start() -> None:
         assert fit(decays, target, at(*start), iterations=5).cost <= first.cost
 
 
+def test_a_bent_valley_is_followed_to_its_end() -> None:
+    """Rosenbrock's (1960, Computer J. 3:175), from where it is started, as the residual of a linear model: 1 + (1 − x)² + 100·(y − x²)²."""
+
+    def columns(theta: Tensor) -> Tensor:
+        x, y = 4 * theta[:, 0] - 2, 4 * theta[:, 1] - 1
+        return torch.stack([torch.ones_like(x), 1 - x, 10 * (y - x.square())], dim=-1).unsqueeze(-1)
+
+    target, start = torch.tensor([1.0, 0.0, 0.0], dtype=torch.float64), torch.tensor([0.2, 0.5], dtype=torch.float64)
+    found = fit(columns, target, start, tolerance=1e-12)
+    torch.testing.assert_close(found.theta, torch.tensor([0.75, 0.5], dtype=torch.float64), rtol=0, atol=1e-6)
+    assert found.iterations <= 20
+
+
 def test_without_nonlinear_parameters_it_is_plain_least_squares() -> None:
     columns = torch.randn(50, 3, generator=Generator().manual_seed(1), dtype=torch.float64)
     truth = torch.tensor([1.0, -2.0, 3.0], dtype=torch.float64)

@@ -28,6 +28,7 @@ from zoo.errors import InputError, nearest
 from zoo.fitting.noise import floors_of, noise_of
 from zoo.measurements.run import Run
 from zoo.scoring.noise import effective_samples
+from zoo.side_by_side import side_by_side
 
 SCHEMA_VERSION = 1
 UNLIKELY = 1e-3
@@ -203,10 +204,8 @@ def _candidates(bench: Workbench, found: Search, names: list[str], weighed: list
     strong = [trial.screened.name for trial in first[:COMPARED] if trial.refitted and trial.evidence > 0]
     likely = {name for name in strong if posterior(first)[name] > UNLIKELY} | set(found.missing)
     others = [name for name in names if name not in found.missing]
-    entries = []
-    for trial in first:
-        name = trial.screened.name
-        entries.append(_candidate(bench, found, name, chance[name], others if name in likely else []))
+    tried = [trial.screened.name for trial in first]
+    entries = side_by_side(lambda name: _candidate(bench, found, name, chance[name], others if name in likely else []), tried)
     rank = {name: i for i, name in enumerate(found.missing)}
     return sorted(entries, key=lambda entry: (rank.get(entry["effect"], len(rank)), -entry["probability"], entry["delta_bic"]))
 

@@ -16,7 +16,6 @@ from zoo.effects.base import Effect, History
 from zoo.effects.bounds import to_unit
 from zoo.fitting.design import Design, close_starts, coarse_starts
 from zoo.fitting.projection import complement, orthonormal, project
-from zoo.side_by_side import side_by_side
 
 ALLOWED = 20.0
 """χ² that a model may lose at another coil for this to be looked at closely, beside what it leaves over its noise in any case."""
@@ -70,7 +69,7 @@ class Elsewhere:
             cost, best = project(left, coil.residual.to(tried.dtype)).cost.min(dim=0)
             return float(cost + self.design.prior.cost(coil.theta)), shapes[best]
 
-        (_, shape), coil = min(zip(side_by_side(best_at, coils), coils, strict=True), key=lambda each: each[0][0])
+        (_, shape), coil = min(zip(map(best_at, coils), coils, strict=True), key=lambda each: each[0][0])
         if len(shapes) > 1:
             beside = Beside(self.design, coil.places, coil.basis, coil.residual, self.design.whitener, span_s)
             shape = beside.closer(effect, *beside.best(effect, shape.unsqueeze(0)))[1]
@@ -95,7 +94,7 @@ class Elsewhere:
             residual = complement(self.design.target.unsqueeze(-1), basis).squeeze(-1)
             return Coil(given[0], basis, residual, self.design.histories(given[0]))
 
-        return side_by_side(one, zip(places, self.design.columns(places), strict=True))
+        return [one(given) for given in zip(places, self.design.columns(places), strict=True)]
 
     def _possible(self) -> Tensor:
         """(G, P) of a close grid, the coils at which the model is not much worse than where it is, and that one."""

@@ -12,7 +12,8 @@ from zoo.diagnosis.screening import Screened, screen
 from zoo.diagnosis.workbench import Solved, Workbench
 from zoo.effects.base import Effect
 from zoo.fitting.parameters import Fitted
-from zoo.fitting.variable_projection import fit
+from zoo.fitting.variable_projection import Fit, fit
+from zoo.side_by_side import side_by_side
 
 LOOKED_AT = 5
 """How many quantities have their forms looked at; time is one of them, for no smooth function of it shows what recurs."""
@@ -74,28 +75,39 @@ class FormBench:
 
     def of(self, free: FreeFunction) -> list[Tried]:
         """The forms that a free function may stand for, the likeliest first, nothing refitted."""
-        return sorted([self.glance(axis, form) for axis, form in self._forms_of(free)], key=lambda one: -one.evidence)
+        return self.glances(self._forms_of(free))
 
     def _forms_of(self, free: FreeFunction) -> list[tuple[Axis, Form]]:
         axes = {one.of: one.axis for one in self.frees}
         return [(axes[quantity], form) for quantity, form in forms_of(free) if quantity in axes]
 
-    def glance(self, axis: Axis, form: Form) -> Tried:
-        """One form at its best shape, beside the model with nothing nonlinear refitted."""
-        effect = form.of(axis.of, (axis.low, axis.high))
-        self.bench.effects[effect.name] = effect
-        screened = screen(self.bench, self.at, [effect.name])[0]
-        solved = self.bench.peek(self.at, effect.name, screened.shape)
-        return Tried(axis.of, form, effect, screened, solved, self.bench.evidence(self.base, solved))
+    def glances(self, given: list[tuple[Axis, Form]]) -> list[Tried]:
+        """Some forms, each at its best shape beside the model with nothing nonlinear refitted; the likeliest first."""
+        effects = [form.of(axis.of, (axis.low, axis.high)) for axis, form in given]
+        self.bench.effects.update({effect.name: effect for effect in effects})
 
-    def refit(self, one: Tried) -> Tried:
-        """The same with everything refitted, from where it was glanced at or from elsewhere."""
-        if one.effect.name not in self._refitted:
-            self.bench.effects[one.effect.name] = one.effect
-            solved = self.bench.extend(self.at, one.effect.name, one.screened.shape, far=self.at is self.base)
-            known = Tried(one.quantity, one.form, one.effect, one.screened, solved, self.bench.evidence(self.base, solved), True)
-            self._refitted[one.effect.name] = known
-        return self._refitted[one.effect.name]
+        def glance(effect: Effect) -> tuple[Screened, Fit, float]:
+            screened = screen(self.bench, self.at, [effect.name])[0]
+            solved = self.bench.peek(self.at, effect.name, screened.shape)
+            return screened, solved.fit, self.bench.evidence(self.base, solved)
+
+        found = []
+        for (axis, form), effect, (screened, there, evidence) in zip(given, effects, side_by_side(glance, effects), strict=True):
+            solved = self.bench.placed((*self.at.names, effect.name), there, self.at.likely.place)
+            found.append(Tried(axis.of, form, effect, screened, solved, evidence))
+        return sorted(found, key=lambda one: -one.evidence)
+
+    def refitted(self, tried: list[Tried]) -> list[Tried]:
+        """The same with everything refitted, from where they were glanced at or from elsewhere; each once."""
+        new = list({one.effect.name: one for one in tried if one.effect.name not in self._refitted}.values())
+        self.bench.effects.update({one.effect.name: one.effect for one in new})
+        far = self.at is self.base
+        fits = side_by_side(lambda one: self.bench.extended(self.at, one.effect.name, one.screened.shape, far), new)
+        for one, found in zip(new, fits, strict=True):
+            solved = self.bench.taken((*self.at.names, one.effect.name), found, self.at.likely.place)
+            evidence = self.bench.evidence(self.base, solved)
+            self._refitted[one.effect.name] = Tried(one.quantity, one.form, one.effect, one.screened, solved, evidence, True)
+        return [self._refitted[one.effect.name] for one in tried]
 
     def best(self) -> Tried:
         """The form that accounts best for the residual: the simplest of those that are about as likely, all refitted.
@@ -104,17 +116,18 @@ class FormBench:
         whatever they explain there; then the coil is put where the best of them has it, and all are looked at again.
         """
         axes = {axis.of: axis for axis in (free.axis for free in self.frees)}
-        often = [self.glance(axes[quantity], form) for quantity, form in LIKELY_FORMS if quantity in axes]
-        self._look_at(simplest([self.refit(one) for one in [*self._leading(), *often]]).solved)
-        best = simplest([*self._refitted.values(), *(self.refit(one) for one in self._leading())])
+        often = self.glances([(axes[quantity], form) for quantity, form in LIKELY_FORMS if quantity in axes])
+        self._look_at(simplest(self.refitted([*self._leading(), *often])).solved)
+        best = simplest([*self._refitted.values(), *self.refitted(self._leading())])
         self._look_at(best.solved)
         self.bench.effects[best.effect.name] = best.effect  # the look may have left the same form over another range there
         return replace(best, solved=self.bench.finish(best.solved))
 
     def _leading(self) -> list[Tried]:
         """The likeliest forms of the quantities whose free function explains most."""
-        most = sorted(self.frees, key=lambda free: (free.of is not CLOCK, -weigh(self.bench, self.at, free.columns)[0]))[:LOOKED_AT]
-        return sorted([one for free in most for one in self.of(free)], key=lambda one: -one.evidence)[:REFITTED]
+        worths = side_by_side(lambda free: weigh(self.bench, self.at, free.columns)[0], self.frees)
+        ranked = sorted(zip(self.frees, worths, strict=True), key=lambda each: (each[0].of is not CLOCK, -each[1]))
+        return self.glances([form for free, _ in ranked[:LOOKED_AT] for form in self._forms_of(free)])[:REFITTED]
 
     def _look_at(self, fuller: Solved) -> None:
         """Put the model's coil and shapes where a fuller one has them."""

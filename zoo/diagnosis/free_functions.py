@@ -11,6 +11,8 @@ from torch import Tensor
 from zoo.diagnosis.quantities import FLAT, RATE, TEMPERATURE, Quantity, quantities
 from zoo.diagnosis.workbench import Freed, Solved, Workbench
 from zoo.fitting.projection import project
+from zoo.fitting.variable_projection import Fit
+from zoo.side_by_side import side_by_side
 
 ORDER, JOINT_DEGREE = 6, 4
 BY_CHANCE = 2.0
@@ -146,22 +148,26 @@ def anywhere(bench: Workbench, solved: Solved) -> dict[str, Freed]:
     """
     _, whitener = bench.mixtures.whitener(solved.likely.place)
     target = whitener(solved.design.error.unsqueeze(1)).squeeze(1)
-    own = free_functions(bench, solved)
-    best: dict[str, tuple[float, Solved, Tensor]] = {}
-    for there in [solved, *(bench.moved(solved, coil.theta) for coil in solved.elsewhere.some)]:
-        for words, free in (own if there is solved else free_functions(bench, there)).items():
-            cost = float(project(whitener(torch.cat([there.fit.plain, free], dim=1)), target).cost) + there.fit.moved
-            if words not in best or cost < best[words][0]:
-                best[words] = cost, there, free
-    found = {}
-    for words, (_, there, free) in best.items():
+
+    def at(theta: Tensor | None) -> tuple[Fit, dict[str, tuple[float, Tensor]]]:
+        there = solved if theta is None else bench.moved(solved, theta)
+        moved, found = there.fit.moved, {}
+        for words, free in free_functions(bench, there).items():
+            found[words] = float(project(whitener(torch.cat([there.fit.plain, free], dim=1)), target).cost) + moved, free
+        return there.fit, found
+
+    def best(words: str) -> Freed:
         # Under the noise that suits it, the coil of least χ² need not be the likeliest.
-        tried = [(there, free), *([(solved, own[words])] if words in own else [])]
-        found[words] = max(worth(bench, solved, columns, coil) for coil, columns in tried)
-    return found
+        least = min(range(len(coils)), key=lambda place: coils[place][1].get(words, (math.inf,))[0])
+        tried = dict.fromkeys([least, 0] if words in coils[0][1] else [least])
+        return max(worth(bench, solved, coils[place][1][words][1], coils[place][0]) for place in tried)
+
+    coils = side_by_side(at, [None, *(coil.theta for coil in solved.elsewhere.some)])
+    every = list(dict.fromkeys(words for _, found in coils for words in found))
+    return dict(zip(every, side_by_side(best, every), strict=True))
 
 
-def worth(bench: Workbench, solved: Solved, free: Tensor, there: Solved | None = None) -> Freed:
+def worth(bench: Workbench, solved: Solved, free: Tensor, there: Fit | None = None) -> Freed:
     """What further columns are worth beside a model: all of them, or those up to the order that the runs call for.
 
     A named effect is judged by those of its amplitudes that are called for; what may take its place is judged alike. Else what is proportional to the
@@ -174,9 +180,9 @@ def worth(bench: Workbench, solved: Solved, free: Tensor, there: Solved | None =
         free: (N, K) block means.
         there: the model at the coil that they are taken at; by default as it is.
     """
-    coil = there or solved
-    columns = torch.cat([coil.fit.plain, free], dim=1)
-    price, own, further = math.log(bench.effective_samples), coil.fit.plain.shape[1], 0.5 * (coil.fit.moved - solved.fit.moved)
+    coil = there or solved.fit
+    columns = torch.cat([coil.plain, free], dim=1)
+    price, own, further = math.log(bench.effective_samples), coil.plain.shape[1], 0.5 * (coil.moved - solved.fit.moved)
     likely = bench.mixtures.most_likely(columns, solved.design.error, solved.likely.place)
     white = bench.mixtures.whitener(likely.place)[1](torch.cat([columns, solved.design.error.unsqueeze(1)], dim=1))
     white = white * (bench.mixtures.white / likely.noise.white)

@@ -60,9 +60,12 @@ def screen(bench: Workbench, base: Solved, names: list[str]) -> list[Screened]:
     def far(effect: Effect) -> bool:
         return effect.sharp or (effect.place == "coil" and base.rms > BENT * bench.mixtures.white)
 
-    near = side_by_side(here, names)
-    found = [_elsewhere(bench, base, one, total) if far(bench.effects[one.name]) else one for one in near]
-    return sorted(found, key=lambda candidate: -candidate.gain)
+    def anywhere(name: str) -> Screened:
+        return _elsewhere(bench, base, here(name), total) if far(bench.effects[name]) else here(name)
+
+    longest_first = sorted(names, key=lambda name: -len(bench.shapes(name)) * len(bench.effects[name].amplitudes))
+    found = side_by_side(anywhere, longest_first)
+    return sorted(found, key=lambda candidate: (-candidate.gain, names.index(candidate.name)))
 
 
 def _elsewhere(bench: Workbench, base: Solved, here: Screened, total: float) -> Screened:

@@ -178,9 +178,7 @@ def _exchange(bench: Workbench, found: Search, candidates: list[str], progress: 
         less = bench.without(found.final, name)
         own = bench.evidence(less, found.final)
         trials = glances(bench, less, screen(bench, less, [one for one in candidates if one not in found.final.names]))
-        for trial in [trial for trial in trials if trial.evidence > own - WITHIN][:REFITS]:
-            progress(f"{' + '.join(less.names)} + {trial.screened.name} instead of {name}?")
-            refit(bench, less, trial, far=False)
+        refit(bench, less, [trial for trial in trials if trial.evidence > own - WITHIN][:REFITS], progress, far=0)
         mine = Trial(Screened(name, torch.zeros(0), 0.0, 0), found.final, own, True)
         step = Step(less, sorted([mine, *trials], key=lambda trial: (not trial.refitted, -trial.evidence)), name)
         found.steps.append(step)

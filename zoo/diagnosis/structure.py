@@ -7,13 +7,14 @@ from dataclasses import dataclass
 
 import torch
 
-from zoo.diagnosis.free_functions import anywhere, free_functions, weigh
+from zoo.diagnosis.free_functions import anywhere, functions_of, weigh
 from zoo.diagnosis.moments import kurtosis, prominence, rarity
 from zoo.diagnosis.quantities import CLOCK, by_the_clock, inputs_of
 from zoo.diagnosis.swings import BAND, swings
 from zoo.diagnosis.switching import TWO_LEVELS, switching
 from zoo.diagnosis.workbench import QUIET, Freed, Solved, Workbench
 from zoo.fitting.projection import project
+from zoo.side_by_side import side_by_side
 
 LEVEL_ALLOWED = 0.1
 """Excess of χ²/N over 1 that counts as noise: 5 % in RMS, what the noise level itself is uncertain by."""
@@ -189,5 +190,6 @@ def spectral_line(bench: Workbench, final: Solved) -> Dependence | None:
 
 def free_dependences(bench: Workbench, final: Solved) -> list[Dependence]:
     """What a free smooth function of each quantity would explain of a model's residual, best first."""
-    found = [Dependence(words, *weigh(bench, final, free)) for words, free in free_functions(bench, final).items()]
-    return sorted(found, key=lambda item: -item.evidence)
+    free = functions_of(bench, final)
+    weighed = side_by_side(lambda one: weigh(bench, final, one.columns), free)
+    return sorted([Dependence(one.words, *worth) for one, worth in zip(free, weighed, strict=True)], key=lambda item: -item.evidence)

@@ -8,6 +8,8 @@ from dataclasses import dataclass
 
 from zoo.diagnosis.screening import Screened, screen
 from zoo.diagnosis.workbench import Solved, Workbench
+from zoo.fitting.variable_projection import Fit
+from zoo.side_by_side import side_by_side
 
 HOPELESS = -8.0
 """A candidate whose projected evidence is below this is not refitted."""
@@ -69,32 +71,41 @@ def round_of(bench: Workbench, before: Solved, names: list[str], progress: Calla
     """
     trials = glances(bench, before, screen(bench, before, names))
     reached = min((trial.solved.rms for trial in trials if trial.solved is not None), default=0.0)
-    for rank, trial in enumerate(_worth_arefit(trials, before) if reached <= least else []):
-        progress(f"{' + '.join(before.names)} + {trial.screened.name}?")
-        refit(bench, before, trial, far=rank < LOOKED_FAR)
+    refit(bench, before, _worth_arefit(trials, before) if reached <= least else [], progress)
     trials.sort(key=lambda trial: (not trial.refitted, -trial.evidence))
     return Step(before, trials)
 
 
-def refit(bench: Workbench, before: Solved, trial: Trial, far: bool) -> None:
-    """Fit a trial's nonlinear parameters; `far` looks for its shape at other places of the coil as well."""
-    trial.solved = bench.extend(before, trial.screened.name, trial.screened.shape, far, trial.screened.start)
-    trial.evidence, trial.refitted = bench.evidence(before, trial.solved), True
+def refit(bench: Workbench, before: Solved, trials: list[Trial], progress: Callable[[str], None], far: int = LOOKED_FAR) -> None:
+    """Fit the nonlinear parameters of some trials; of the first `far` of them the shape is looked for at other places of the coil as well."""
+
+    def one(ranked: tuple[int, Trial]) -> Fit:
+        rank, guess = ranked[0], ranked[1].screened
+        return bench.extended(before, guess.name, guess.shape, rank < far, guess.start)
+
+    if trials:
+        progress(f"{' + '.join(before.names)} + {' or '.join(trial.screened.name for trial in trials)}?")
+    for trial, found in zip(trials, side_by_side(one, enumerate(trials)), strict=True):
+        trial.solved = bench.taken((*before.names, trial.screened.name), found, before.likely.place)
+        trial.evidence, trial.refitted = bench.evidence(before, trial.solved), True
 
 
 def glances(bench: Workbench, before: Solved, candidates: list[Screened]) -> list[Trial]:
     """The best candidates with nothing nonlinear refitted; others get what projection guesses, and no more than the least of these."""
     guesses = [0.5 * one.gain - 0.5 * min(one.freedom, SURE) * math.log(bench.effective_samples) for one in candidates]
     least = max([HOPELESS, *sorted(guesses, reverse=True)[GLANCED : GLANCED + 1]])
-    near = [_glance(bench, before, one) for one, guess in zip(candidates, guesses, strict=True) if guess > least or one is candidates[0]]
+    hopeful = [one for one, guess in zip(candidates, guesses, strict=True) if guess > least or one is candidates[0]]
+
+    def glance(one: Screened) -> tuple[Fit, float]:
+        solved = bench.peek(before, one.name, one.shape, one.start)
+        return solved.fit, bench.evidence(before, solved)
+
+    near = []
+    for one, (found, evidence) in zip(hopeful, side_by_side(glance, hopeful), strict=True):
+        near.append(Trial(one, bench.placed((*before.names, one.name), found, before.likely.place), evidence, False))
     most = min((trial.evidence for trial in near), default=0.0)
     known = {trial.screened.name: trial for trial in near}
     return [known.get(one.name) or Trial(one, None, min(guess, most), False) for one, guess in zip(candidates, guesses, strict=True)]
-
-
-def _glance(bench: Workbench, before: Solved, candidate: Screened) -> Trial:
-    solved = bench.peek(before, candidate.name, candidate.shape, candidate.start)
-    return Trial(candidate, solved, bench.evidence(before, solved), False)
 
 
 def _worth_arefit(trials: list[Trial], before: Solved) -> list[Trial]:

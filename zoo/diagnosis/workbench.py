@@ -26,6 +26,7 @@ from zoo.fitting.variable_projection import Fit, fit
 from zoo.measurements.run import Run
 from zoo.models.graybox import GrayBox
 from zoo.scoring.noise import NoiseModel, Whitener, effective_samples
+from zoo.side_by_side import side_by_side
 
 FAR = 1.5
 """RMS of a residual over the white noise above which a base is taken to have its coil in the wrong place."""
@@ -34,7 +35,7 @@ QUIET = 0.7
 VARIED_REFERENCE = "a reference that changes"
 WORTH_RESHAPING, RESHAPED = 2.0, 2
 """χ² that another shape must gain for the fit to start from there once more, and how often it may."""
-COARSE, FINE = 1e-3, 1e-4
+COARSE, FINE = 1e-3, 1e-5
 """Tolerance of the fit of a candidate, which decides by evidence of 5 and more, and of a model that is kept."""
 
 
@@ -185,26 +186,31 @@ class Workbench:
             near: the noise of a similar model.
             tolerance: see `zoo.fitting.variable_projection.fit`.
         """
-        key = frozenset(names)
-        if key in self._solved and starts is None:
-            return self._solved[key]
+        known = self.known(names)
+        if known is not None and starts is None:
+            return known
+        return self.taken(names, self.fitted(names, starts, tolerance), near)
+
+    def fitted(self, names: tuple[str, ...], starts: list[Tensor] | None = None, tolerance: float = FINE) -> Fit:
+        """The same without anything being kept of it, as side by side with others; see `taken`."""
         design = self.design(names)
-        if starts:
-            found = fit(
-                design.plain_columns,
-                design.target,
-                _cheapest(design, torch.stack(starts)),
-                tolerance=tolerance,
-                weigh=self.whitener,
-                prior=design.prior,
-            )
-        else:
-            found = fit_from(design, coarse_starts(design), tolerance=tolerance)
-        known = [self._solved[key].fit] if key in self._solved and self._solved[key].names == names else []
-        best = min([found, *known], key=lambda one: one.total)
-        design.model.assign(best.theta, best.amplitudes)
-        self._solved[key] = Solved(names, design.model, design, best, self.mixtures, near)
-        return self._solved[key]
+        if not starts:
+            return fit_from(design, coarse_starts(design), tolerance=tolerance)
+        start = _cheapest(design, torch.stack(starts))
+        return fit(design.plain_columns, design.target, start, tolerance=tolerance, weigh=self.whitener, prior=design.prior)
+
+    def taken(self, names: tuple[str, ...], found: Fit, near: Place = START) -> Solved:
+        """Remember a solution, unless a better one of the same effects is known."""
+        known = self.known(names)
+        best = found if known is None or known.names != names else min(found, known.fit, key=lambda one: one.total)
+        self._solved[frozenset(names)] = self.placed(names, best, near)
+        return self._solved[frozenset(names)]
+
+    def placed(self, names: tuple[str, ...], found: Fit, near: Place = START) -> Solved:
+        """A model with these effects where a fit put it."""
+        design = self.design(names)
+        design.model.assign(found.theta, found.amplitudes)
+        return Solved(names, design.model, design, found, self.mixtures, near)
 
     def begin(self, names: tuple[str, ...]) -> Solved:
         """Fit the model as it stands.
@@ -235,15 +241,25 @@ class Workbench:
             far: whether other shapes are tried elsewhere, where the base leaves much.
             start: θ (P+S,) elsewhere, where it is known.
         """
+        return self.taken((*base.names, name), self.extended(base, name, shape, far, start), base.likely.place)
+
+    def extended(self, base: Solved, name: str, shape: Tensor, far: bool = True, start: Tensor | None = None) -> Fit:
+        """The same without anything being kept of it, see `fitted`."""
         near = torch.cat([base.fit.theta, to_unit(shape, self.effects[name].shape).to(base.fit.theta)])
         if start is None:
             shapes = self.shapes(name) if far and base.rms > FAR * self.mixtures.white else shape.unsqueeze(0)
             start = base.elsewhere.look(self.effects[name], shapes, self.span_s)
-        return self.solve((*base.names, name), [near, start], base.likely.place, COARSE)
+        return self.fitted((*base.names, name), [near, start], COARSE)
 
     def finish(self, solved: Solved, added: tuple[str, ...] = ()) -> Solved:
-        """Fit on from a coarse solution, and again from wherever the shape of an added effect is better beside all the others as they are now."""
-        fine = self.solve(solved.names, [solved.fit.theta], solved.likely.place)
+        """Fit on from a coarse solution, and again from wherever the shape of an added effect is better beside all the others as they are now.
+
+        What had been pressed against a bound while the added effects were missing is let go once, to the middle of its range.
+        """
+        start, released = solved.fit.theta, _released(solved, added)
+        both = [start, released] if added and bool((released != start).any()) else [start]
+        fits = side_by_side(lambda one: self.fitted(solved.names, [one]), both)
+        fine = self.taken(solved.names, min(fits, key=lambda one: one.total), solved.likely.place)
         for _ in range(RESHAPED):
             starts = [start for name in added for start in self._reshaped(fine, name)]
             if not starts:
@@ -281,11 +297,10 @@ class Workbench:
 
     def peek(self, base: Solved, name: str, shape: Tensor, start: Tensor | None = None) -> Solved:
         """One more effect without a refit of anything nonlinear: at the base's coil, or at θ (P+S,) elsewhere."""
-        design = self.design((*base.names, name))
+        names, design = (*base.names, name), self.design((*base.names, name))
         theta = torch.cat([base.fit.theta, to_unit(shape, self.effects[name].shape).to(base.fit.theta)]) if start is None else start
         found = fit(design.plain_columns, design.target, theta, iterations=0, weigh=self.whitener, prior=design.prior)
-        design.model.assign(found.theta, found.amplitudes)
-        return Solved((*base.names, name), design.model, design, found, self.mixtures, base.likely.place)
+        return self.placed(names, found, base.likely.place)
 
     def moved(self, solved: Solved, theta: Tensor) -> Solved:
         """The same effects at other nonlinear parameters (P,), their amplitudes fitted; the fitted values of the model stay."""
@@ -364,6 +379,13 @@ class Workbench:
     def with_effects(self, effects: dict[str, Effect]) -> Workbench:
         """The same runs and noise, with other effects to name."""
         return Workbench(self.runs, effects, self.noise, self.mixtures)
+
+
+def _released(solved: Solved, added: tuple[str, ...]) -> Tensor:
+    """θ (P,) with what rests on a bound in the middle between both, but for the effects that were added."""
+    older = torch.tensor([owner not in added for owner, _ in solved.model.parameters_of_theta()], device=solved.fit.theta.device)
+    resting = (solved.fit.theta <= 0.0) | (solved.fit.theta >= 1.0)
+    return torch.where(resting & older, 0.5, solved.fit.theta)
 
 
 def _cheapest(design: Design, trials: Tensor) -> Tensor:

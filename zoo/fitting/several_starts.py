@@ -6,6 +6,7 @@ from torch import Tensor
 
 from zoo.fitting.design import Design
 from zoo.fitting.variable_projection import Fit, fit
+from zoo.side_by_side import side_by_side
 
 FOLLOWED, STEPS, FINISHED = 8, 3, 3
 """How many of the starts are followed, for how many steps, and how many of these to the end."""
@@ -27,8 +28,9 @@ def fit_from(design: Design, trials: Tensor, iterations: int = 30, tolerance: fl
         return fit(design.plain_columns, design.target, start, steps, tolerance, design.whitener, design.prior)
 
     order = design.cost(trials).argsort()
-    followed = [fitted(trials[place], STEPS) for place in order[:FOLLOWED]]
-    return min((fitted(one.theta, iterations) for one in _different(followed)[:FINISHED]), key=lambda found: found.total)
+    followed = side_by_side(lambda start: fitted(start, STEPS), trials[order[:FOLLOWED]])
+    finished = side_by_side(lambda one: fitted(one.theta, iterations), _different(followed)[:FINISHED])
+    return min(finished, key=lambda found: found.total)
 
 
 def _different(fits: list[Fit]) -> list[Fit]:

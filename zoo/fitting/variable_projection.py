@@ -14,7 +14,13 @@ from zoo.fitting.prior import Prior
 from zoo.fitting.projection import Projection, project
 
 STEP = 1e-4
-DAMPINGS = (1e-4, 1e-2, 1.0, 100.0)
+DAMPINGS = (1e-5, 1e-3, 1e-2, 0.1, 1.0, 10.0, 300.0)
+AGAIN = (2.0, 8.0)
+"""Multiples of the last step that are tried as well (a pattern move, Hooke & Jeeves 1961): along a bent valley damped steps creep one way."""
+REACH = 0.25
+"""Longest step of a parameter, as a share of its range."""
+PATIENCE = 2
+"""Steps in a row that may lower the cost by next to nothing: of a heavily damped one it says little."""
 RANK = 1e-12
 """Information along some direction over that along the best known, both of unit columns, below which it is rounding."""
 WEAKEST = 3.0
@@ -143,34 +149,37 @@ def fit(
     weigh: Callable[[Tensor], Tensor] = _as_they_are,
     prior: Prior | None = None,
 ) -> Fit:
-    """Variable projection with Levenberg–Marquardt steps (Golub & Pereyra 1973; Kaufman 1975), several dampings tried at once.
+    """Variable projection with Levenberg–Marquardt steps (Golub & Pereyra 1973; Kaufman 1975), several dampings and longer ways tried at once.
 
     Args:
         columns: (B, P) parameters in 0…1 -> (B, N, K) columns.
         target: (N,) y, weighted.
         start: (P,) first parameters in 0…1.
         iterations: most steps to take.
-        tolerance: stop when a step lowers the cost by less than this share of cost/N · 100.
+        tolerance: stop when to first order, or twice in fact, a step lowers the cost by less than this share of cost/N · 100.
         weigh: linear map (..., N, K) -> (..., N, K) of the columns, such as a whitener; by default none.
         prior: of the parameters; by default all are as likely.
     """
     theta = start.clone()
     prior = prior or Prior(torch.zeros_like(theta), torch.zeros_like(theta))
-    taken = 0
+    taken, little, last = 0, 0, torch.zeros_like(theta)
     here = _linearise(columns, weigh, target, theta)
-    while taken < iterations and theta.numel():
-        trials = _steps(theta, here.columns, here.tangent, here.solution.residual, prior)
+    while taken < iterations and theta.numel() and little < PATIENCE:
+        steps, hoped = _steps(theta, here.columns, here.tangent, here.solution.residual, prior)
+        enough = tolerance * 100 * float(here.solution.cost) / target.numel()
+        if hoped < enough:
+            break
+        again = [times * last for times in AGAIN] if taken else []
+        trials = (theta + torch.stack([*steps, *again])).clamp(0.0, 1.0)
         cost = project(weigh(columns(trials)), target).cost + prior.cost(trials)
         cost = torch.where(cost.isfinite(), cost, torch.inf)
         best = int(cost.argmin())
         gain = float(here.solution.cost + prior.cost(theta) - cost[best])
         if gain <= 0:
             break
-        taken += 1
-        theta = trials[best]
+        taken, little = taken + 1, little + 1 if gain < enough else 0
+        theta, last = trials[best], trials[best] - theta
         here = _linearise(columns, weigh, target, theta)
-        if gain < tolerance * 100 * float(here.solution.cost) / target.numel():
-            break
     found, slope = here.solution, here.tangent.mT @ here.solution.residual + prior.slope(theta)
     inside = ~_blocked(theta, slope) & (here.tangent.norm(dim=0) >= WEAKEST)
     plain = torch.cat([here.plain[:, : here.columns.shape[1]], here.plain[:, here.columns.shape[1] :] * inside], dim=1)
@@ -215,8 +224,8 @@ def _blocked(theta: Tensor, slope: Tensor) -> Tensor:
     return ((theta <= 0) & (slope < 0)) | ((theta >= 1) & (slope > 0))
 
 
-def _steps(theta: Tensor, basis: Tensor, tangent: Tensor, residual: Tensor, prior: Prior) -> Tensor:
-    """(D, P) trial parameters, one a damping: Gauss–Newton in the complement of the columns, clipped to the bounds."""
+def _steps(theta: Tensor, basis: Tensor, tangent: Tensor, residual: Tensor, prior: Prior) -> tuple[list[Tensor], float]:
+    """(P,) each, one a damping: Gauss–Newton in the complement of the columns; and by how much the first would lower the cost of a linear model."""
     outside = torch.stack([project(basis, tangent[:, i]).residual for i in range(tangent.shape[1])], dim=1)
     normal = outside.mT @ outside + torch.diag(prior.weight.to(theta))
     slope = outside.mT @ residual + prior.slope(theta)
@@ -224,4 +233,4 @@ def _steps(theta: Tensor, basis: Tensor, tangent: Tensor, residual: Tensor, prio
     normal = normal * free.unsqueeze(0) * free.unsqueeze(1) + torch.diag(1 - free)
     scale = normal.diagonal().clamp_min(1e-12 * float(normal.diagonal().max()) + 1e-300)
     steps = [torch.linalg.solve(normal + damping * torch.diag(scale), slope * free) for damping in DAMPINGS]
-    return (theta + torch.stack(steps).clamp(-0.25, 0.25)).clamp(0.0, 1.0)
+    return [step.clamp(-REACH, REACH) for step in steps], float(slope @ steps[0])

@@ -22,6 +22,7 @@ from zoo.report.trace import Trace, rms
 from zoo.report.unknown_section import unknown_section
 from zoo.report.verdict import Record, ladder, missing, rms_after, unexplained, unfitted, verdict_of
 from zoo.report.wording import DIAGNOSED, REFINED, Scale, finite, joined, significant
+from zoo.side_by_side import side_by_side
 
 REGIONS_SHOWN = 8
 REFINE = ("fogzoo", "refine")
@@ -80,7 +81,9 @@ def _context(diagnosis: Record, traces: list[Trace], refinement: Record | None, 
         "tiles": _tiles(diagnosis, traces, refinement, scale, floors),
         "commands": commands,
         "unit": scale.label,
-        "runs": [run_drawings(trace, where, scale, floors.of(trace.role, trace.run), sides, f"r{i}") for i, trace in enumerate(pictured)],
+        "runs": side_by_side(
+            lambda one: run_drawings(one[1], where, scale, floors.of(one[1].role, one[1].run), sides, f"r{one[0]}"), enumerate(pictured)
+        ),
         "undrawn": [trace.run for trace in traces if trace not in pictured],
         "regions": tables.region_rows(where, scale, floors if refinement and floors.fitted else None),
         "shaded": {str(shade.rank) for trace in pictured for shade in shades(where, trace.run)},

@@ -34,9 +34,15 @@ class Blocks:
     share: Tensor
     begin: float | None = None
 
+    def begins(self, other: Blocks) -> bool:
+        """Whether noise makes of these what it makes of the first of the others, as in runs recorded alike that last as long or not as long."""
+        size = len(self.time)
+        alike = self.begin == other.begin and torch.equal(self.time, other.time[:size]) and torch.equal(self.share, other.share[:size])
+        return alike and self._chain == other._chain
+
     def same(self, other: Blocks) -> bool:
         """Whether noise makes the same of both."""
-        return self.begin == other.begin and torch.equal(self.time, other.time) and torch.equal(self.share, other.share)
+        return len(self.time) == len(other.time) and self.begins(other)
 
     @cached_property
     def pieces(self) -> list[Blocks]:
@@ -67,14 +73,21 @@ class Blocks:
         """
         delay = (self.time.unsqueeze(0) - self.time.unsqueeze(1)).abs()
         matrix = torch.zeros_like(delay)
-        if self.time.numel() < 2:
-            return matrix
-        block, span = float(torch.diff(self.time).median()), float(self.time[-1] - self.time[0])
-        tau = block / CHAIN_RATIO**2
-        while tau < CHAIN_RATIO * span:
+        block, taus = self._chain
+        for tau in taus:
             matrix += math.log(CHAIN_RATIO) / math.pi * _of_means(delay, block, tau)
-            tau *= CHAIN_RATIO
         return matrix
+
+    @cached_property
+    def _chain(self) -> tuple[float, tuple[float, ...]]:
+        """Length of a block and the time constants of the processes [s]: from far below it to beyond the run."""
+        if self.time.numel() < 2:
+            return 0.0, ()
+        block, span = float(torch.diff(self.time).median()), float(self.time[-1] - self.time[0])
+        taus = [block / CHAIN_RATIO**2]
+        while taus[-1] < CHAIN_RATIO * span:
+            taus.append(taus[-1] * CHAIN_RATIO)
+        return block, tuple(taus[:-1])
 
 
 @dataclass(frozen=True)
@@ -124,7 +137,11 @@ class Whitener:
             runs: block means of each run, N_r each.
         """
         pieces = [piece for run in runs for piece in run.pieces]
-        roots = {piece: _inverse_root(noise.covariance(piece)) for piece in set(pieces)}
+        roots: dict[Blocks, Tensor] = {}
+        for piece in sorted(dict.fromkeys(pieces), key=lambda one: -len(one.time)):
+            longer = next((root for one, root in roots.items() if piece.begins(one)), None)
+            size = len(piece.time)
+            roots[piece] = _inverse_root(noise.covariance(piece)) if longer is None else longer[:size, :size]
         self.factors = [roots[piece] for piece in pieces]
         self.alike = [[i for i, own in enumerate(pieces) if own is piece] for piece in roots]
         self.log_determinant = -2.0 * sum(float(factor.diagonal().log().sum()) for factor in self.factors)
@@ -148,7 +165,7 @@ class Whitener:
 
 
 def _inverse_root(covariance: Tensor) -> Tensor:
-    """(N, N) lower triangular."""
+    """(N, N) lower triangular; the root of the first of its rows and columns is the first of it."""
     factor = torch.linalg.cholesky(covariance)
     return torch.linalg.solve_triangular(factor, torch.eye(len(factor), dtype=factor.dtype, device=factor.device), upper=False)
 
