@@ -8,6 +8,7 @@ import pytest
 import torch
 from torch import Generator
 
+from zoo import side_by_side
 from zoo.catalog import build, names
 from zoo.diagnosis.diagnose import diagnose
 from zoo.simulator.in_process import as_run
@@ -175,3 +176,9 @@ def test_a_constant_or_the_order_of_the_runs_does_not_matter(diagnosis, runs, ca
     first, second = diagnosis("warm_up").record, diagnose(moved, base, catalogue).record
     assert (second["verdict"], second["missing"]) == (first["verdict"], first["missing"])
     assert second["rms_final"] == pytest.approx(first["rms_final"], rel=0.01)
+
+
+@pytest.mark.skipif(not side_by_side.COPIES, reason="no copies of a process on this system")
+def test_on_two_cores_everything_is_found_to_the_last_digit_as_on_one(diagnosis, runs, catalogue, base, monkeypatch) -> None:
+    monkeypatch.setattr(side_by_side, "ALLOWED", 2)
+    assert diagnose(runs("hysteresis", 1, 12.0), base, catalogue).record == diagnosis("hysteresis", 1, 12.0).record

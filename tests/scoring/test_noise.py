@@ -233,6 +233,19 @@ def test_a_long_run_is_cut_into_pieces() -> None:
     assert whitener(torch.ones(count, 1, dtype=torch.float64)).shape == (count, 1)
 
 
+@pytest.mark.parametrize(("short", "shared"), [(400, True), (300, True), (20, False)])
+def test_a_shorter_run_recorded_alike_has_the_first_part_of_a_longer_ones_noise(short, shared) -> None:
+    """Unless it is so short that its flicker lacks the slowest processes of the other's."""
+    noise, long, less = NoiseModel(1.0, 0.4, 0.2), grid(500), grid(short)
+    assert less.begins(long) is shared
+    assert not long.begins(less)
+    difference = (noise.covariance(long)[:short, :short] - noise.covariance(less)).abs().max()
+    assert bool(difference < 1e-12) is shared
+    whitener = Whitener(noise, [less, long])
+    assert whitener.sizes == [short, 500]
+    torch.testing.assert_close(whitener.factors[0] @ noise.covariance(less) @ whitener.factors[0].mT, torch.eye(short, dtype=torch.float64))
+
+
 def test_white_noise_has_as_many_effective_samples_as_blocks_and_coloured_noise_fewer() -> None:
     blocks = Blocks(torch.arange(300, dtype=torch.float64) * 100.0, torch.ones(300, dtype=torch.float64))
     counts = [effective_samples(NoiseModel(1.0, flicker), [blocks, blocks]) for flicker in (0.0, 0.3, 1.0)]
