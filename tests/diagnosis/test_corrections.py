@@ -9,7 +9,8 @@ import torch
 
 from zoo.diagnosis.corrections import has_own_input, stands_apart
 from zoo.diagnosis.diagnose import diagnose, open_bench
-from zoo.diagnosis.quantities import by_the_clock
+from zoo.diagnosis.quantities import by_the_clock, momentary
+from zoo.measurements.run import Run
 from zoo.simulator.in_process import as_run
 
 
@@ -90,6 +91,50 @@ def test_what_a_changing_line_leaves_is_no_effect_of_its_own(simulation, catalog
     before = bench.add(start, "chamber_cycling")
     after = bench.add(before, "polarization")
     assert not stands_apart(bench, start, before, after, bench.evidence(before, after), 8.0)
+
+
+def tilted(run: Run, white: float, curved: float) -> Run:
+    """A table that turns one way and the other, and an axis whose tilt grows with the temperature, or saturates [white]."""
+    way = torch.where(((run.time - run.time[0]) / 1700.0).long() % 2 == 0, 1.0, -1.0).to(run.error)
+    theta = (run.select([run.thermometers[-1]]).squeeze(1) - 20) / 40
+    table = run.table.clone()
+    table[:, -1] = 10.0 * way
+    return replace(run, table=table, error=run.error + 12 * white * way * (0.5 + (1 - curved) * theta + curved * (3 * theta).tanh()))
+
+
+@pytest.mark.parametrize("seed", [1, 2, 3])
+def test_small_fringes_beside_a_large_scale_factor_are_named(simulation, catalogue, base, white, seed) -> None:
+    """What goes with the true input, whatever its form, makes no fringes at rest."""
+    runs = []
+    for one in simulation("polarization", seed, 1.0).runs:
+        runs.append(tilted(as_run(one), white, 0.1))
+    found = diagnose(runs, base, catalogue)
+    assert found.verdict == "missing"
+    assert "polarization" in found.search.missing
+    assert len(found.search.missing) == 2
+    assert set(found.search.missing) & {"scale_factor", "misalignment", "scale_factor_nonlinearity"}
+
+
+def test_what_a_saturating_scale_factor_leaves_is_no_effect_of_its_own(simulation, catalogue, base, white) -> None:
+    """Whatever is added for the bend that no parabola has, the same input with a freer size takes over."""
+    bench = open_bench([tilted(as_run(one), white, 1.0) for one in simulation("", 1).runs], base, catalogue)
+    start = bench.solve(tuple(base))
+    before = bench.add(start, "misalignment")
+    for name in ("polarization", "fixture_rotation", "glass_transition"):
+        after = bench.add(before, name)
+        assert not stands_apart(bench, start, before, after, bench.evidence(before, after), 8.0), name
+
+
+@pytest.mark.parametrize(
+    "name", ["aging", "bias_step", "chamber_cycling", "mohr", "polarization", "magnetic", "dead_band", "scale_factor", "misalignment"]
+)
+def test_what_has_no_memory_is_known_from_its_columns(catalogue, name) -> None:
+    assert momentary(catalogue[name])
+
+
+@pytest.mark.parametrize("name", ["hysteresis", "viscoelastic", "moisture", "sensor_lag", "shupe", "fixture_rotation"])
+def test_what_has_a_memory_is_known_from_its_columns(catalogue, name) -> None:
+    assert not momentary(catalogue[name])
 
 
 @pytest.mark.parametrize("name", ["aging", "warm_up", "bias_step", "chamber_cycling", "mohr", "polarization", "magnetic", "dead_band", "moisture"])

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 
-from zoo.diagnosis.corrections import has_own_input, stands_apart
+from zoo.diagnosis.corrections import stands_apart
 from zoo.diagnosis.cross_validation import segment_cost
 from zoo.diagnosis.structure import examine
 from zoo.diagnosis.trials import OVERWHELMING, Trial
@@ -88,14 +88,13 @@ def _mops_up(bench: Workbench, base: Solved, before: Solved, addition: Trial) ->
 def pruned(bench: Workbench, full: Solved, base: Solved) -> Solved:
     """Drop added effects, all but the newest, that the model no longer needs.
 
-    One that adds a little to the evidence is needed only where there would be more than noise without it: else it makes up for the simplified form
-    of another.
+    One that adds a little to the evidence is needed only where there would be more than noise without it, or beside a freer form of the others: else
+    it makes up for the simplified form of another.
     """
     for name in [other for other in full.names[:-1] if other not in base.names]:
         less = bench.without(full, name)
         own = bench.evidence(less, full)
-        others = [other for other in less.names if other not in base.names]
-        minor = own < MINOR * bench.evidence(base, full) and not has_own_input(bench, name, others)
-        if own < ACCEPT or (minor and examine(bench, less, base).is_noise):
+        minor = own < MINOR * bench.evidence(base, full)
+        if own < ACCEPT or (minor and examine(bench, less, base).is_noise and not stands_apart(bench, base, less, full, own, ACCEPT)):
             full = less
     return full

@@ -6,14 +6,14 @@ import torch
 from torch import Tensor
 
 from zoo.diagnosis.free_functions import functions_of
-from zoo.diagnosis.quantities import CLOCK, RATE, TEMPERATURE, by_the_clock, inputs_of
+from zoo.diagnosis.quantities import CLOCK, RATE, TEMPERATURE, inputs_of, momentary
 from zoo.diagnosis.workbench import Solved, Workbench
 from zoo.fitting.projection import complement, orthonormal, project
 
 STANDS_FOR = 0.85
 """Share of what the effects before it explain that a free function must reproduce to be their freer form."""
 SLOW, SLOW_ORDER = (TEMPERATURE, RATE, CLOCK), 3
-"""What the size of a line or a step may change with, and the order of that change."""
+"""What the size of an effect may change with, and the order of that change."""
 KEPT = 0.5
 """Share of its evidence that an effect of its own keeps beside a freer form of the others."""
 
@@ -22,9 +22,9 @@ def stands_apart(bench: Workbench, base: Solved, before: Solved, after: Solved, 
     """Whether an addition is called for even where the effects before it may take any smooth form.
 
     One that goes with an input which those before it do not know corrects none of them. The others are given a freer form; what a correction of
-    theirs would explain is then explained already. Those that depend on one quantity, as ageing does on time, are given a free function of it; lines
-    and steps, which depend on none, powers of what they did and sizes that change with temperature, rate and time. What else has a memory may have
-    any, and nobody can tell.
+    theirs would explain is then explained already. Those that depend on one quantity, as ageing does on time, are given a free function of it; others
+    powers of what they did, sizes that change with temperature, rate and time, and a function of the inputs that they go with. What else has a memory
+    may have any, and nobody can tell.
 
     Args:
         bench: the runs.
@@ -54,7 +54,7 @@ def _logarithm(bench: Workbench, solved: Solved, freer: Tensor) -> float:
 
 
 def _freer(bench: Workbench, base: Solved, before: Solved) -> Tensor | None:
-    """(N, K) a freer form of what was added: a function of one quantity that stands for it, or what lines and steps may be like instead."""
+    """(N, K) a freer form of what was added: a function of one quantity that stands for it, or what each may be like that has no memory."""
     added = {name: places for name, places in before.places().items() if name not in base.names}
     places = [place for own in added.values() for place in own]
     rest = [place for place in range(before.plain_columns.shape[1]) if place not in places]
@@ -65,11 +65,14 @@ def _freer(bench: Workbench, base: Solved, before: Solved) -> Tensor | None:
     best = min(left, key=lambda free: left[free])
     if left[best] < 1.0 - STANDS_FOR:
         return best.columns
-    if not all(bench.effects[name].sharp or by_the_clock(bench.effects[name]) for name in added):
+    if not all(momentary(bench.effects[name]) for name in added):
         return None
-    slow = [free.axis.chebyshev(free.axis.means, SLOW_ORDER) for free in functions if free.of in SLOW and free.beside is None]
-    signals = [before.plain_columns[:, own] @ before.fit.amplitudes[own] for own in added.values()]
-    return torch.cat([_changed(one, torch.cat(slow, dim=1)) for one in signals], dim=1)
+    slow = torch.cat([free.axis.chebyshev(free.axis.means, SLOW_ORDER) for free in functions if free.of in SLOW and free.beside is None], dim=1)
+    freer = []
+    for name, own in added.items():
+        freer.append(_changed(before.plain_columns[:, own] @ before.fit.amplitudes[own], slow))
+        freer += [free.columns for free in functions if free.words in inputs_of(bench.effects[name])]
+    return torch.cat(freer, dim=1)
 
 
 def _changed(signal: Tensor, slow: Tensor) -> Tensor:

@@ -168,6 +168,22 @@ def by_the_clock(effect: Effect) -> bool:
     return not effect.needs and not _turns(effect) and _same(effect, here, other)
 
 
+def momentary(effect: Effect) -> bool:
+    """Whether an effect's columns do not know what was before: no memory of the temperature or of an input."""
+    here = _samples(effect)
+    sign = torch.where(torch.arange(SAMPLES) < SAMPLES // 2, -1.0, 1.0).to(here.time)
+    other = replace(
+        here,
+        temperature=sign * here.temperature,
+        rate=sign * here.rate,
+        gradient=sign * here.gradient,
+        thermometer=sign * here.thermometer,
+        reference=sign * here.reference,
+        inputs={name: sign * values for name, values in here.inputs.items()},
+    )
+    return _same(effect, here, other, SAMPLES // 2)
+
+
 def _turns(effect: Effect) -> bool:
     """Whether an effect's columns are others where the true input is another."""
     up = _samples(effect)
@@ -181,9 +197,10 @@ def _samples(effect: Effect) -> History:
     return History(time, 10 * wave, wave.flip(0), wave, 10 * wave, torch.ones_like(time), inputs, 1)
 
 
-def _same(effect: Effect, *histories: History) -> bool:
+def _same(effect: Effect, one: History, other: History, since: int = 0) -> bool:
+    """Whether an effect's columns are the same in both, from a sample on."""
     with torch.no_grad():
-        return torch.equal(*(effect.columns(one, effect.shape_value) for one in histories))
+        return torch.equal(*(effect.columns(history, effect.shape_value)[since:] for history in (one, other)))
 
 
 def _unit_of(column: str) -> str:
