@@ -39,9 +39,9 @@ class Line:
     percent: bool = True
 
 
-def lines(rows: Rows) -> list[Line]:
-    """The whole table, from rows that did not fail."""
-    return [*_one(rows), *_two(rows), *_nothing(rows), *_outside(rows), *_check(rows), *_parameters(rows), *_limits(rows), *_rest(rows)]
+def lines(rows: Rows, single: Rows) -> list[Line]:
+    """The whole table, from rows that did not fail, and those with one hidden effect that tell where it begins to be found."""
+    return [*_one(rows), *_two(rows), *_nothing(rows), *_outside(rows), *_check(rows), *_parameters(rows), *_limits(single), *_rest(rows)]
 
 
 def share(what: str, target: str, rows: Rows, hit: Callable[[Row], bool]) -> Line:
@@ -127,18 +127,19 @@ def _parameters(rows: Rows) -> Iterator[Line]:
         yield share(words, target, some, lambda one: abs(one["value"] - one["truth"]) <= 1.96 * one["stderr"])
 
 
-def _limits(rows: Rows) -> Iterator[Line]:
-    ratios = [one for one in ratios_by_effect(rows).values() if one is not None]
+def _limits(single: Rows) -> Iterator[Line]:
+    ratios = [one for one in ratios_by_effect(single).values() if one is not None]
     yield quantile("amplitude found with 90 % over the ideal detector's, median over effects", "≤ 1.5", ratios, 0.5)
 
 
-def ratios_by_effect(rows: Rows) -> dict[str, float | None]:
-    """Size found with 90 %, in z, over what the ideal detector needs, by effect, from the cases with one hidden."""
+def ratios_by_effect(single: Rows) -> dict[str, float | None]:
+    """Size found with 90 %, in z, over what the ideal detector needs, by effect, from cases with one hidden; None where all are below that."""
     found: dict[str, float | None] = {}
-    for name in sorted({hidden_names(row)[0] for row in of(rows, "one")}):
-        own = [row for row in of(rows, "one") if hidden_names(row) == [name]]
+    for name in sorted({hidden_names(row)[0] for row in single}):
+        own = [row for row in single if hidden_names(row) == [name]]
         limit = ideal_limit(int(np.median([row["candidates_tried"] for row in own])))
-        curve = fitted([row["hidden"][0]["z"] for row in own], [right(row) for row in own], limit)
+        sizes = [row["hidden"][0]["z"] for row in own]
+        curve = fitted(sizes, [right(row) for row in own], limit) if max(sizes) >= limit else None
         found[name] = curve.at / limit if curve else None
     return found
 

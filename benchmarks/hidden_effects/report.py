@@ -22,13 +22,21 @@ WORDS = (
 HEAD = "| | target | measured | 90 % interval | n |\n|---|---|---|---|---|"
 
 
-def report(rows: Rows, answers: Rows, out: Path) -> str:
-    """Write ``table.md`` and the figures; the table is returned as well."""
-    sound, failed = [row for row in rows if "failed" not in row], [row for row in rows if "failed" in row]
+def report(rows: Rows, answers: Rows, out: Path, near: Rows = ()) -> str:
+    """Write ``table.md`` and the figures; the table is returned as well.
+
+    Args:
+        rows: of the cases.
+        answers: of the other methods to them.
+        out: folder.
+        near: of more cases with one hidden effect, of sizes about the limit; they tell where that is, and nothing else.
+    """
+    sound, failed = [row for row in rows if "failed" not in row], [row for row in (*rows, *near) if "failed" in row]
+    single = [*of(sound, "one"), *(row for row in near if "failed" not in row)]
     text = "\n".join(
         [
-            *_acceptance(sound),
-            *_by_effect(sound),
+            *_acceptance(sound, single),
+            *_by_effect(single),
             *_by_peer(sound, answers),
             *_wrong(sound),
             *(f"failed: seed {row['seed']}: {row['failed']}" for row in failed),
@@ -37,14 +45,16 @@ def report(rows: Rows, answers: Rows, out: Path) -> str:
     (out / "table.md").write_text(text + "\n", encoding="utf-8")
     if sound:
         reliability_figure(sound, out / "reliability.png")
-        detection_figure(sound, out / "detection.png")
+        detection_figure([*single, *of(sound, "outside")], out / "detection.png")
     return text
 
 
-def _acceptance(rows: Rows) -> Iterator[str]:
-    yield f"{len(rows)} cases, {max((row['catalogue'] for row in rows), default=0)} effects in the catalogue. {WORDS}\n"
+def _acceptance(rows: Rows, single: Rows) -> Iterator[str]:
+    more = len(single) - len(of(rows, "one"))
+    extra = f" {more} more with one hidden effect, of sizes about the limit, count for the amplitude found and the table by effect." if more else ""
+    yield f"{len(rows)} cases, {max((row['catalogue'] for row in rows), default=0)} effects in the catalogue. {WORDS}{extra}\n"
     yield HEAD
-    for line in lines(rows):
+    for line in lines(rows, single):
         yield f"| {line.what} | {line.target} | {_number(line.value, line)} | {_interval(line)} | {line.count} |"
 
 
@@ -58,10 +68,10 @@ def _interval(line: Line) -> str:
     return "" if line.interval is None else " … ".join(_number(value, line) for value in line.interval)
 
 
-def _by_effect(rows: Rows) -> Iterator[str]:
+def _by_effect(single: Rows) -> Iterator[str]:
     yield EFFECT_HEAD
-    for name, ratio in ratios_by_effect(rows).items():
-        own = [row for row in of(rows, "one") if hidden_names(row) == [name]]
+    for name, ratio in ratios_by_effect(single).items():
+        own = [row for row in single if hidden_names(row) == [name]]
         hits, wrong = ([row["hidden"][0]["z"] for row in own if right(row) == one] for one in (True, False))
         ends = (f"{min(hits):.1f}" if hits else "–", f"{max(wrong):.1f}" if wrong else "–")
         yield f"| {name} | {len(own)} | {len(hits)} | {sum(map(exact, own))} | {ends[0]} | {ends[1]} | {'–' if ratio is None else f'{ratio:.2f}'} |"
