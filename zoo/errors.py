@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import difflib
-import math
 import os
 import sysconfig
 import traceback
@@ -47,24 +46,6 @@ def nearest(name: str, known: Iterable[str]) -> str:
     close = difflib.get_close_matches(name, known, n=3, cutoff=0.4)
     hint = f"did you mean {', '.join(close)}? " if close else ""
     return f"{hint}Known: {', '.join(known)}"
-
-
-def check_number(key: str, value: object, low: float, high: float = math.inf, whole: bool = False) -> None:
-    """Refuse a setting that is no number between low and high.
-
-    Args:
-        key: of the setting, as it is typed.
-        value: what was given.
-        low: smallest possible.
-        high: largest possible.
-        whole: whether fractions are none.
-
-    Raises:
-        InputError: it is none.
-    """
-    if isinstance(value, bool) or not isinstance(value, int if whole else int | float) or not low <= value <= high:
-        bounds = f"from {low} up" if high == math.inf else f"from {low} to {high}"
-        raise InputError(f"{key}={value}: a {'whole ' if whole else ''}number {bounds} is needed")
 
 
 def causes(error: BaseException | None) -> list[BaseException]:

@@ -9,7 +9,7 @@ from itertools import pairwise
 import pytest
 import torch
 
-from zoo.diagnosis.refine import check_rms, refine
+from zoo.diagnosis.refine import check_added, check_rms, refine
 from zoo.errors import InputError
 from zoo.models.prediction import predict_blocks
 
@@ -152,3 +152,11 @@ def test_check_runs_averaged_otherwise_are_refused(runs, check, catalogue, base)
 def test_an_effect_named_twice_is_refused(runs, catalogue, base) -> None:
     with pytest.raises(InputError, match="aging"):
         refine(runs(), [], base, ["aging", "aging"], catalogue)
+
+
+def test_recordings_sampled_alike_check_each_other_although_rounding_differs(runs, base, catalogue) -> None:
+    """The median step of 0, 0.1, 0.2, … depends on how many rows there are, by 1e-14."""
+    fitted = runs("polarization")
+    check_added(fitted, [replace(fitted[0], average_s=fitted[0].average_s * (1 + 1e-13))], base, ["aging"], catalogue)
+    with pytest.raises(InputError, match="read all with one average_s"):
+        check_added(fitted, [replace(fitted[0], name="check", average_s=2 * fitted[0].average_s)], base, ["aging"], catalogue)

@@ -113,5 +113,5 @@ def test_a_population_is_evaluated_as_its_members_one_by_one() -> None:
 
 
 def test_no_rule_is_no_model() -> None:
-    with pytest.raises(InputError, match=r"model\.rules=0: a whole number from 1 up is needed"):
+    with pytest.raises(InputError, match=r"model\.rules=0: a whole number from 1 up is possible"):
         TakagiSugeno(["temperature"], rules=0)

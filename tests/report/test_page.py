@@ -16,7 +16,7 @@ from zoo.report.page import render, write_report
 from zoo.report.trace import Trace, rms
 
 FLOOR = 0.0081
-SECTIONS = ("verdict", "ladder", "runs", "where", "candidates", "read", "effects")
+SECTIONS = ("verdict", "ladder", "runs", "steadiness", "where", "candidates", "read", "effects")
 Record = dict[str, Any]
 
 
@@ -73,7 +73,7 @@ def test_the_banner_says_what_is_missing_and_how_sure_that_is(page: str) -> None
 
 def test_every_drawing_has_a_text_for_those_who_do_not_see_it(page: str) -> None:
     drawings = re.findall(r"<svg[^>]*>", page)
-    assert len(drawings) == 1 + 3 * 4
+    assert len(drawings) == 1 + 3 * 4 + 1
     assert all('role="img"' in drawing and re.search(r'aria-label="[^"]{10,}"', drawing) for drawing in drawings)
 
 
@@ -313,7 +313,7 @@ def test_samples_and_noise(diagnosis: Record, traces: list[Trace]) -> None:
     diagnosis.update(effective_samples=412.4, noise={"white": 0.0079, "flicker": 0.0021, "walk": 0.0})
     text = visible(render(diagnosis, traces[:1]))
     assert "Blocks 1296, worth 412 independent ones Noise white 0.0079 °/h, flicker B 0.0021 °/h" in text
-    assert "random walk" not in text.split("What was read")[1]
+    assert "random walk K" not in text.split("What was read")[1]
 
 
 @pytest.mark.parametrize("keys", ["all", "some"])

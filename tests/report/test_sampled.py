@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from zoo.report.sampled import sampled_facts
+from zoo.report.sampled import known_noise, sampled_facts
 from zoo.report.wording import Scale
 
 SCALE = Scale.of("dph", 0.008, 0.07)
@@ -34,3 +34,16 @@ def test_colours_in_the_scale_of_the_page() -> None:
 def test_nothing_is_said_where_nothing_is_known() -> None:
     assert sampled_facts({}, SCALE) == []
     assert sampled_facts({"samples": None, "effective_samples": None, "noise": None, "verdict": "unknown"}, SCALE) == []
+
+
+def test_white_noise_is_told_as_angle_random_walk_whatever_the_blocks() -> None:
+    """IEEE Std 952: 0.0073 °/h in means over 100 s is 0.0073·√(100/3600) °/√h, and so is a half of it in means over 400 s."""
+    for white, block in ((0.0073, 100.0), (0.00365, 400.0)):
+        assert ("Angle random walk", "N 0.0012 °/√h") in sampled_facts({"noise": {"white": white}, "average_s": block}, SCALE)
+    inertial = sampled_facts({"noise": {"white": 3.9e-8}, "average_s": 3600}, Scale.of("rad_per_s", 3.9e-8, 3.4e-7))
+    assert ("Angle random walk", "N 39 nrad/s·√h") in inertial
+
+
+def test_where_something_stays_unexplained_only_the_white_noise_is_known() -> None:
+    assert known_noise({"noise": NOISE, "noise_floor": 0.002, "verdict": "unknown"}) == {"white": 0.002}
+    assert known_noise({"noise": NOISE, "noise_floor": 0.002, "verdict": "missing"}) == NOISE

@@ -7,7 +7,8 @@ import math
 import pytest
 import torch
 
-from zoo.scoring.allan import allan_deviation
+from zoo.scoring.allan import allan_deviation, expected_allan_deviation, pooled_allan_deviation
+from zoo.scoring.noise import Blocks, NoiseModel
 
 FACTORS = [1, 2, 3, 8, 30, 100, 499]
 
@@ -72,3 +73,29 @@ def test_too_short_a_series_has_no_deviation() -> None:
     _, deviation = allan_deviation(nist_series()[:20].expand(2, 3, 20), 1.0, [10, 11, 40])
     assert deviation.shape == (2, 3, 3)
     assert torch.equal(deviation.isnan(), torch.tensor([False, True, True]).expand(2, 3, 3))
+
+
+def test_pieces_are_pooled_by_their_second_differences() -> None:
+    """Twice the same says the same; of pieces too short for a factor nothing is asked."""
+    series = nist_series()
+    _, alone = allan_deviation(series, 1.0, FACTORS)
+    tau, twice = pooled_allan_deviation([series, series, series[:3]], 1.0, FACTORS[3:])
+    assert tau.tolist() == FACTORS[3:]
+    assert twice.tolist() == pytest.approx(alone[3:].tolist(), rel=1e-12)
+    _, one = pooled_allan_deviation([series[:300], series[700:]], 1.0, [1])
+    angles = [torch.nn.functional.pad(piece.cumsum(0), (1, 0)).diff(n=2) for piece in (series[:300], series[700:])]
+    assert float(one) == pytest.approx(float(torch.cat(angles).square().mean() / 2) ** 0.5, rel=1e-12)
+    assert torch.isnan(pooled_allan_deviation([series[:9]], 1.0, [5])[1]).all()
+
+
+@pytest.mark.parametrize(("noise", "within"), [(NoiseModel(0.01, 0.0), 1e-9), (NoiseModel(0.0, 0.01), 0.12), (NoiseModel(0.0, 0.0, 0.02), 0.02)])
+def test_expected_deviations_are_those_of_the_covariance(noise: NoiseModel, within: float) -> None:
+    """E σ² of means over m blocks is half the variance of the difference of two neighbours, from the covariance of all blocks."""
+    blocks = Blocks(100.0 * torch.arange(256, dtype=torch.float64), torch.ones(256, dtype=torch.float64))
+    covariance = noise.covariance(blocks)
+    for m in (8, 32, 64):
+        difference = torch.zeros(256, dtype=torch.float64)
+        difference[:m], difference[m : 2 * m] = -1 / m, 1 / m
+        found = float((difference @ covariance @ difference / 2).sqrt())
+        tau = torch.tensor([100.0 * m], dtype=torch.float64)
+        assert float(expected_allan_deviation(tau, 100.0, noise.white, noise.flicker, noise.walk)) == pytest.approx(found, rel=within)

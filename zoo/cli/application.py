@@ -34,7 +34,6 @@ from zoo.cli.sweeps import sweep_told
 from zoo.cli.wrong_settings import check_flags, check_known, check_once, instead
 from zoo.errors import InputError, WorkError, causes, nearest
 
-Verb = Callable[[DictConfig, Path], Path]
 WRONG_SETTINGS = (
     ConfigCompositionException,
     OverrideParseException,

@@ -43,7 +43,7 @@ def run(config: DictConfig, out: Path) -> Path:
         runs = [run.to(device) for run in runs]
         whole = subject(config, runs)
         asked = whole if wanted is None else subject(config, runs, wanted)
-        check_added(runs, asked.effects, wanted or [], asked.catalogue)
+        check_added(runs, check_runs, asked.effects, wanted or [], asked.catalogue)
         before, seen = examine(whole, runs, status.update)
         asked = seen if wanted is None else asked
         found, models = climb(asked, before, runs, check_runs, add, status.update)

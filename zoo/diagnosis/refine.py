@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from math import isclose
 from typing import Any
 
 import torch
@@ -15,6 +16,7 @@ from zoo.diagnosis.workbench import Solved, Workbench
 from zoo.effects.base import Effect
 from zoo.errors import InputError
 from zoo.fitting.noise import blocks_of, floors_of, noise_of
+from zoo.measurements.recording import JITTER
 from zoo.measurements.run import Run
 from zoo.models.graybox import GrayBox
 from zoo.models.prediction import predict_blocks
@@ -69,12 +71,8 @@ def refine(
     Raises:
         InputError: unknown effect, an effect that is there already, unusable runs, check runs averaged otherwise.
     """
-    other = next((run for run in check_runs if run.average_s != runs[0].average_s), None)
-    if other is not None:
-        told = f"{other.name} has block means of {other.average_s:g} s, {runs[0].name} of {runs[0].average_s:g} s"
-        raise InputError(f"{told}: read all with one average_s")
     added = [] if add == "auto" else [add] if isinstance(add, str) else list(add)
-    check_added(runs, effects, added, catalogue)
+    check_added(runs, check_runs, effects, added, catalogue)
     found = diagnosis or diagnose(runs, effects, catalogue, progress)
     if add == "auto":
         added, bench, base = found.search.missing, found.bench, found.search.base
@@ -87,18 +85,23 @@ def refine(
     return Refinement(_record(bench, solutions, structure, check_runs, added), solutions, found)
 
 
-def check_added(runs: list[Run], effects: list[str], added: list[str], catalogue: dict[str, Effect]) -> None:
-    """Refuse effects that cannot be added, before any work.
+def check_added(runs: list[Run], check_runs: list[Run], effects: list[str], added: list[str], catalogue: dict[str, Effect]) -> None:
+    """Refuse effects that cannot be added, and runs that cannot check them, before any work.
 
     Args:
         runs: the fitted runs.
+        check_runs: runs that are only predicted.
         effects: names in the model as it stands.
         added: names to add.
         catalogue: every effect by name.
 
     Raises:
-        InputError: an effect is there already, is unknown, or lacks its column; the runs cannot determine it.
+        InputError: an effect is there already, is unknown, or lacks its column; the runs cannot determine it; check runs averaged otherwise.
     """
+    other = next((run for run in check_runs if not isclose(run.average_s, runs[0].average_s, rel_tol=JITTER)), None)
+    if other is not None:
+        told = f"{other.name} has block means of {other.average_s:g} s, {runs[0].name} of {runs[0].average_s:g} s"
+        raise InputError(f"{told}: read all with one average_s")
     twice = [name for place, name in enumerate(added) if name in [*effects, *added[:place]]]
     if twice:
         raise InputError(f"add: '{twice[0]}' is in the model already (effects: {', '.join(effects)})")

@@ -11,14 +11,13 @@ from torch import Tensor
 
 from zoo import units
 from zoo.errors import InputError
-from zoo.measurements.recording import Recording
+from zoo.measurements.recording import GAP_STEPS, Recording
 from zoo.measurements.run import Run
 from zoo.measurements.schema import prediction_sources
 from zoo.measurements.table import chunks, column_names
 
 SAME = 1e-4
 """Blocks whose mean times differ by less than this share of their length hold the same rows."""
-GAP_STEPS = 5.0
 
 
 def read_prediction(path: Path, run: Run, time: str | None = None) -> Tensor:

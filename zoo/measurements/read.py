@@ -14,14 +14,13 @@ import torch
 from zoo import units
 from zoo.errors import BadRow, InputError
 from zoo.measurements.files import find_files, run_names
-from zoo.measurements.recording import Average, Recording, auto_length
+from zoo.measurements.recording import GAP_STEPS, JITTER, Average, Recording, auto_length
 from zoo.measurements.run import Run
 from zoo.measurements.schema import Layout, in_run_units, keep_shared, layout
 from zoo.measurements.table import chunks, column_names
 
 BadRows = Literal["error", "skip"]
 HEAD_ROWS = 100_000
-GAP_STEPS = 5.0
 _STARTUP_ROWS = 100
 LONGEST_S, HOTTEST_C = 60 * 86400.0, 150.0
 """What lasts longer was written down in milliseconds, and what is hotter in kelvins or °F."""
@@ -166,7 +165,7 @@ def _with_error(chunk: np.ndarray, one: Layout, reference: float) -> np.ndarray:
 
 def _run(name: str, one: Layout, recording: Recording, length: float | None) -> Run:
     fine, block, thin = recording.grids(length)
-    average = recording.step_s if length is None or length < 0.99 * recording.step_s else float(length)
+    average = recording.step_s if length is None or length < (1.0 - JITTER) * recording.step_s else float(length)
     if block.max() < 0:
         lasts = f"its {recording.rows} rows span {recording.span_s:g} s"
         raise InputError(f"{one.path}: no block of {average:g} s has half of its rows ({lasts}); choose a shorter data.average_s")

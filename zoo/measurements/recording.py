@@ -15,6 +15,10 @@ from zoo.measurements.binning import Bins, Clock, Level, join, merge, starts
 
 AUTO_S = (1.0, 2.0, 5.0, 10.0, 20.0, 50.0, 100.0)
 ENOUGH_BLOCKS = 400
+GAP_STEPS = 5.0
+"""Times between rows above which there is a gap, where the user does not say."""
+JITTER = 0.01
+"""Share by which the times between rows of recordings may differ that are sampled alike."""
 FINE_PER_BLOCK = 5
 # In ticks of a fifth of the shortest block: each divides the next, and every fine step is a multiple of one of them.
 _NESTED = (1, 10, 100)
@@ -41,8 +45,8 @@ def numbered(segment: np.ndarray, tick: np.ndarray, count: np.ndarray, expected:
 
 
 def as_recorded(average_s: float | None, step_s: float) -> bool:
-    """Whether blocks would be no longer than the time between rows (to 1 %, as sampling jitters): then every row is one."""
-    return average_s is None or average_s <= 1.01 * step_s
+    """Whether blocks would be no longer than the time between rows (to `JITTER`): then every row is one."""
+    return average_s is None or average_s <= (1.0 + JITTER) * step_s
 
 
 class Recording:

@@ -4,7 +4,7 @@ from typing import ClassVar
 
 from torch import Tensor, cat, float64, nn, ones_like, sigmoid
 
-from zoo.errors import check_number
+from zoo.given import check_number
 from zoo.models.base import FeatureModel
 from zoo.models.features import Features
 from zoo.models.scaler import Scaler

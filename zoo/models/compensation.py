@@ -12,8 +12,8 @@ import torch
 from zoo import units
 from zoo.errors import InputError, WorkError
 from zoo.measurements.append import append_columns
-from zoo.measurements.read import GAP_STEPS, median_step
-from zoo.measurements.recording import Average, Recording, auto_length, block_means
+from zoo.measurements.read import median_step
+from zoo.measurements.recording import GAP_STEPS, Average, Recording, auto_length, block_means
 from zoo.measurements.run import OUTPUT
 from zoo.measurements.schema import Layout, Source
 from zoo.models.base import Model

@@ -7,7 +7,8 @@ from typing import Any, ClassVar
 import torch
 from torch import Tensor, nn
 
-from zoo.errors import InputError, check_number
+from zoo.errors import InputError
+from zoo.given import check_number
 from zoo.models.base import FeatureModel
 from zoo.models.features import RATE, Features
 from zoo.models.powers import check_orders, expanded, powers

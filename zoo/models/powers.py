@@ -5,7 +5,7 @@ import math
 import torch
 from torch import Tensor
 
-from zoo.errors import check_number
+from zoo.given import check_number
 
 
 def check_orders(order: object, rate_order: object) -> None:

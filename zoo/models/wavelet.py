@@ -6,7 +6,7 @@ from typing import ClassVar
 import torch
 from torch import Generator, Tensor, cos, exp, float64, nn
 
-from zoo.errors import check_number
+from zoo.given import check_number
 from zoo.models.base import FeatureModel
 from zoo.models.features import Features
 from zoo.models.scaler import Scaler

@@ -7,7 +7,7 @@ from functools import cache
 import torch
 from torch import Tensor
 
-from zoo.errors import InputError
+from zoo.given import check_number
 from zoo.measurements.run import Run
 from zoo.papers.study import BEFORE, WHOLE, Claim, Row, Study, in_words, row
 from zoo.simulator.accelerometer.alignment import AXES, Alignment, simulate_alignment
@@ -45,8 +45,7 @@ def accelerometers(count: int) -> dict[str, tuple[list[Run], list[Run]]]:
     Raises:
         InputError: not a number of units.
     """
-    if isinstance(count, bool) or not isinstance(count, int) or count < 1:
-        raise InputError(f"others.count={count}: a whole number of units from 1 up is needed")
+    check_number("others.count", count, 1, whole=True)
     found = {}
     for number, done in enumerate(units(count), 1):
         for axis in AXES:

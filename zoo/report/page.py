@@ -10,13 +10,14 @@ from typing import Any
 from zoo import __version__
 from zoo.artifacts import write_text
 from zoo.report import tables
+from zoo.report.allan_figure import allan_drawing
 from zoo.report.drawings import drawn, ladder_drawing, program_drawing, run_drawings, shades
 from zoo.report.experiment import experiment_drawing, experiment_settings
 from zoo.report.floors import Floors, multiple
 from zoo.report.limits import limit_rows
 from zoo.report.notes import merged
 from zoo.report.probable import hypothesis_rows, the_rest
-from zoo.report.sampled import sampled_facts
+from zoo.report.sampled import known_noise, sampled_facts
 from zoo.report.template import filled
 from zoo.report.trace import Trace, rms
 from zoo.report.unknown_section import unknown_section
@@ -84,6 +85,7 @@ def _context(diagnosis: Record, traces: list[Trace], refinement: Record | None, 
         "runs": side_by_side(
             lambda one: run_drawings(one[1], where, scale, floors.of(one[1].role, one[1].run), sides, f"r{one[0]}"), enumerate(pictured)
         ),
+        "allan": allan_drawing(traces, known_noise(diagnosis), scale, sides),
         "undrawn": [trace.run for trace in traces if trace not in pictured],
         "regions": tables.region_rows(where, scale, floors if refinement and floors.fitted else None),
         "shaded": {str(shade.rank) for trace in pictured for shade in shades(where, trace.run)},

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 from zoo.report.verdict import Record
 from zoo.report.wording import Scale, finite, fixed, significant
 
@@ -12,11 +14,29 @@ def sampled_facts(diagnosis: Record, scale: Scale) -> list[tuple[str, str]]:
     Args:
         diagnosis: its `noise` has the white RMS of a block, the bias instability B [unit] and the random walk K [unit/√h].
         scale: how values are written.
+
+    The white noise is given as the angle random walk N as well, σ = N/√τ, which no longer depends on the blocks' length τ.
     """
     noise = _noise(diagnosis.get("noise"), scale)
     counted = "; what is unexplained is counted as noise here" if noise and diagnosis.get("verdict") == "unknown" else ""
-    facts = [("Blocks", _blocks(diagnosis)), ("Noise", noise + counted)]
+    facts = [("Blocks", _blocks(diagnosis)), ("Noise", noise + counted), ("Angle random walk", _angle_random_walk(diagnosis, scale))]
     return [(label, text) for label, text in facts if text]
+
+
+def known_noise(diagnosis: Record) -> Record:
+    """The noise in its colours; where something stays unexplained they would hold that, and only the white noise is known."""
+    if diagnosis.get("verdict") == "unknown":
+        return {"white": diagnosis.get("noise_floor")}
+    return diagnosis.get("noise") or {}
+
+
+def _angle_random_walk(diagnosis: Record, scale: Scale) -> str:
+    """N = σ·√τ [unit·√h]."""
+    white, block = finite(known_noise(diagnosis).get("white")), finite(diagnosis.get("average_s"))
+    if not white or not block:
+        return ""
+    unit = scale.label.replace("/h", "/√h") if scale.label.endswith("/h") else f"{scale.label}·√h"
+    return f"N {significant(white * math.sqrt(block / 3600.0) * scale.factor, 2)} {unit}"
 
 
 def _blocks(diagnosis: Record) -> str:

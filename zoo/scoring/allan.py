@@ -29,3 +29,37 @@ def allan_deviation(rate: Tensor, step_s: float, factors: Sequence[int]) -> tupl
     seconds = [(angle[..., 2 * m :] - 2 * angle[..., m:-m] + angle[..., : -2 * m]) / m for m in factors]
     deviation = torch.stack([second.square().mean(-1).sqrt() for second in seconds], -1) / math.sqrt(2)
     return step_s * torch.tensor(factors, dtype=rate.dtype, device=rate.device), deviation
+
+
+def pooled_allan_deviation(pieces: Sequence[Tensor], step_s: float, factors: Sequence[int]) -> tuple[Tensor, Tensor]:
+    """The same of several series that do not join, such as those between the gaps of a recording: every second difference counts once.
+
+    Args:
+        pieces: (T,) each.
+        step_s: h [s].
+        factors: m, F whole numbers from 1 up.
+
+    Returns:
+        τ: (F,) [s].
+        σ: (F,) [output's unit]; NaN where every series is shorter than 2m steps.
+    """
+    counts = torch.tensor([[max(len(piece) + 1 - 2 * m, 0) for m in factors] for piece in pieces], dtype=torch.float64)
+    each = [allan_deviation(piece, step_s, factors) for piece in pieces]
+    squares = torch.stack([deviation for _, deviation in each]).square().nan_to_num(0.0)
+    return each[0][0], ((counts * squares).sum(0) / counts.sum(0)).sqrt()
+
+
+def expected_allan_deviation(tau: Tensor, step_s: float, white: float, flicker: float, walk: float) -> Tensor:
+    """Allan deviation of white noise, flicker and random walk together, σ² = w²·h/τ + (2 ln 2/π)·B² + K²·τ/3 (IEEE Std 952, annex C).
+
+    Args:
+        tau: (F,) averaging time [s].
+        step_s: h [s].
+        white: w, RMS of a mean over one step [output's unit].
+        flicker: bias instability B [output's unit].
+        walk: rate random walk K [output's unit per √h].
+
+    Returns:
+        (F,) [output's unit].
+    """
+    return (white**2 * step_s / tau + 2 * math.log(2) / math.pi * flicker**2 + walk**2 * tau / 3600 / 3).sqrt()

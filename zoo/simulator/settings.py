@@ -7,8 +7,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from zoo.errors import InputError, nearest
+from zoo.given import check_number
 from zoo.physics.conduction import FIDELITIES
-from zoo.simulator.given import check_number
 from zoo.simulator.laboratory.earth import earth_rate
 from zoo.simulator.laboratory.program import Campaign
 

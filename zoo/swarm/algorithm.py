@@ -9,22 +9,6 @@ from torch import Tensor
 from zoo.swarm.box import Chance
 
 
-class SwarmState(Protocol):
-    """What every state tells, whatever the algorithm keeps besides."""
-
-    @property
-    def leader(self) -> Tensor:
-        """(..., D) best position found so far."""
-
-    @property
-    def leader_cost(self) -> Tensor:
-        """(...) its cost."""
-
-    @property
-    def evaluations(self) -> int:
-        """Costs told so far, per swarm."""
-
-
 class SwarmAlgorithm(Protocol):
     """A module such as `zoo.swarm.pso`; pure functions that know nothing of what the positions mean."""
 

@@ -7,7 +7,8 @@ from collections.abc import Callable, Sequence
 import torch
 from torch import Generator, Tensor
 
-from zoo.errors import InputError, check_number
+from zoo.errors import InputError
+from zoo.given import check_number
 
 Chance = Generator | Sequence[Generator]
 """One source for all, or one for each swarm along the first axis, which then takes the path that it would take alone."""

@@ -6,7 +6,8 @@ from collections.abc import Mapping
 from dataclasses import fields
 from typing import Any, TypeVar
 
-from zoo.errors import InputError, check_number, nearest
+from zoo.errors import InputError, nearest
+from zoo.given import check_number
 
 Chosen = TypeVar("Chosen")
 
@@ -35,4 +36,4 @@ def within(settings: Any, name: str, low: float, high: float = float("inf")) -> 
         InputError: it is none of these.
     """
     whole = next(isinstance(field.default, int) for field in fields(settings) if field.name == name)
-    check_number(name, getattr(settings, name), low, high, whole)
+    check_number(name, getattr(settings, name), low, high, whole=whole)

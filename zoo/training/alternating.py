@@ -16,6 +16,7 @@ from zoo.fitting.design import Design
 from zoo.fitting.noise import blocks_of, noise_of
 from zoo.fitting.parameters import parameters_of
 from zoo.fitting.variable_projection import Fit, fit
+from zoo.given import check_number
 from zoo.measurements.run import Run
 from zoo.models.base import FeatureModel, Model
 from zoo.models.graybox import GrayBox
@@ -56,8 +57,7 @@ class Alternating:
             draw: whether the network's weights are drawn at random and the effects' shapes searched for; else both go on from what they are.
         """
         for name, value in (("rounds", rounds), ("steps", steps), ("first_steps", first_steps)):
-            if isinstance(value, bool) or not isinstance(value, int) or value < 1:
-                raise InputError(f"optimizer.{name}={value}: a whole number from 1 up is needed")
+            check_number(f"optimizer.{name}", value, 1, whole=True)
         self.rounds, self.steps, self.first_steps, self.draw = rounds, steps, first_steps, draw
         self.solution: Solution | None = None
 

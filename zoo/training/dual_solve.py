@@ -9,6 +9,7 @@ import torch
 from torch import Generator, Tensor
 
 from zoo.errors import InputError
+from zoo.given import check_number
 from zoo.measurements.datamodule import RunsDataModule
 from zoo.measurements.run import Run
 from zoo.models.base import Model
@@ -48,8 +49,7 @@ class DualSolve:
         if folds not in FOLDS:
             raise InputError(f"optimizer.folds={folds}: possible: {', '.join(FOLDS)}")
         for name, value, least in (("tuned_on", tuned_on, 2 * BLOCK), ("exact_to", exact_to, 1), ("landmarks", landmarks, 1)):
-            if isinstance(value, bool) or not isinstance(value, int) or value < least:
-                raise InputError(f"optimizer.{name}={value}: a whole number from {least} up is needed")
+            check_number(f"optimizer.{name}", value, least, whole=True)
         self.folds, self.tuned_on, self.exact_to, self.landmarks = folds, tuned_on, exact_to, landmarks
         self.kernel: Kernel | None = None
         self._names: list[str] = []

@@ -12,6 +12,7 @@ import torch
 from torch import Generator, Tensor
 
 from zoo.errors import InputError
+from zoo.given import check_number
 from zoo.measurements.datamodule import RunsDataModule
 from zoo.measurements.run import Run
 from zoo.models.base import FeatureModel, Model
@@ -63,9 +64,7 @@ class Clustering:
     def check(self, group: str) -> None:
         """Raises InputError for a number that cannot be; `group` is where the user gave it, ``"optimizer"`` or ``"init"``."""
         for name in ("restarts", "iterations"):
-            value = getattr(self, name)
-            if isinstance(value, bool) or not isinstance(value, int) or value < 1:
-                raise InputError(f"{group}.{name}={value}: a whole number from 1 up is needed")
+            check_number(f"{group}.{name}", getattr(self, name), 1, whole=True)
         for name, low, high in BOUNDS:
             value = getattr(self, name)
             if name == "overlap" and value is None:

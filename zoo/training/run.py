@@ -19,7 +19,8 @@ from lightning.pytorch.loggers import Logger, TensorBoardLogger
 from torch import Generator
 
 import zoo
-from zoo.errors import InputError, check_number
+from zoo.errors import InputError
+from zoo.given import check_number
 from zoo.measurements.run import Run
 from zoo.models.base import FeatureModel, Model
 from zoo.models.prediction import usable_device

@@ -8,7 +8,8 @@ from typing import Any, NamedTuple
 import torch
 from torch import Generator, Tensor
 
-from zoo.errors import InputError, check_number
+from zoo.errors import InputError
+from zoo.given import check_number
 from zoo.swarm.algorithm import SwarmAlgorithm
 from zoo.training.problem import Problem
 

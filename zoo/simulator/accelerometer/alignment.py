@@ -10,11 +10,11 @@ import torch
 from torch import Tensor
 
 from zoo.errors import InputError
+from zoo.given import check_number
 from zoo.physics.levelling import attitude, specific_force
 from zoo.simulator.accelerometer.power_on import PowerOn
 from zoo.simulator.accelerometer.preset import HUI2016, Accelerometer, specimen
 from zoo.simulator.accelerometer.runs import PowerOnRun, PowerOnRuns, simulate_accelerometer
-from zoo.simulator.given import check_number
 from zoo.simulator.streams import normal, stream
 
 AXES = ("east", "north", "up")

@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
 from zoo.errors import InputError
-from zoo.simulator.given import check_number
+from zoo.given import check_number
 from zoo.simulator.laboratory.program import Campaign, Program
 
 MOST_COUNTS = 100_000

@@ -7,8 +7,8 @@ from dataclasses import dataclass, field, fields, replace
 from typing import Any
 
 from zoo.errors import InputError, nearest
+from zoo.given import check_number
 from zoo.physics.winding import PATTERNS
-from zoo.simulator.given import check_number
 from zoo.simulator.streams import Span
 
 

@@ -9,8 +9,8 @@ import torch
 from torch import Tensor
 
 from zoo.errors import InputError, nearest
+from zoo.given import check_number
 from zoo.physics.recurrence import affine
-from zoo.simulator.given import check_number
 from zoo.simulator.laboratory.program import Program
 from zoo.simulator.streams import normal, uniform
 

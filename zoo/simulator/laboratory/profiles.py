@@ -7,7 +7,7 @@ from collections.abc import Iterator, Sequence
 from itertools import pairwise
 
 from zoo.errors import InputError
-from zoo.simulator.given import check_number, check_numbers, is_number
+from zoo.given import check_number, check_numbers, is_number
 from zoo.simulator.laboratory.program import LEG, Campaign, Program
 from zoo.units import convert
 

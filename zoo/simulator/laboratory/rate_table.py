@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 
 from zoo.errors import InputError
-from zoo.simulator.given import check_number, check_numbers
+from zoo.given import check_number, check_numbers
 from zoo.simulator.laboratory.profiles import tour
 from zoo.simulator.laboratory.program import Campaign, Program
 from zoo.units import convert
