@@ -105,3 +105,33 @@ def test_quantities_do_not_convert_into_each_other() -> None:
 )
 def test_the_unit_is_read_from_a_columns_name(column: str, suffix: str | None) -> None:
     assert units.output_suffix(column) == suffix
+
+
+@pytest.mark.parametrize(
+    ("declared", "power"),
+    [
+        ("unit", 1),
+        ("unit/K", 1),
+        ("unit/(K/min)/K^2", 1),
+        ("unit/µT/K", 1),
+        ("ppm/(unit)", -1),
+        ("ppm/(unit)^2", -2),
+        ("ppm/(unit)^2/K", -2),
+        ("ppm·unit⁻²", -2),
+        ("1/(min·unit)", -1),
+        ("K/(min/unit)", 1),
+        ("unit²", 2),
+        ("unit^-1", -1),
+        ("(unit/K)^2", 2),
+        ("unit/K^p", 1),
+        ("s", 0),
+        ("", 0),
+    ],
+)
+def test_a_parameters_unit_has_the_outputs_to_some_power(declared: str, power: int) -> None:
+    assert units.output_power(declared) == power
+    assert units.convert_parameter(3.0, declared, "dps", "dph") == pytest.approx(3.0 * 3600.0**power)
+
+
+def test_a_power_that_is_no_number_is_not_guessed() -> None:
+    assert math.isnan(units.convert_parameter(3.0, "unit^p", "dps", "dph"))

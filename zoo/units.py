@@ -6,6 +6,7 @@ Angles are defined by π rad = 180°, standard gravity is 9.80665 m/s² (CGPM 19
 from __future__ import annotations
 
 import math
+import re
 from dataclasses import dataclass
 from typing import TypeVar
 
@@ -135,3 +136,55 @@ def convert(value: Value, given: str, wanted: str) -> Value:
     if old is new:
         return value
     return value * (old.scale / new.scale) + (old.offset - new.offset) / new.scale
+
+
+_RAISED = str.maketrans("⁻⁰¹²³⁴⁵⁶⁷⁸⁹", "-0123456789")
+_SUPERSCRIPTS = re.compile("[⁻⁰¹²³⁴⁵⁶⁷⁸⁹]+")
+_PARTS = re.compile(r"\^\([^)]*\)|\^[^/·*()\s]+|[/·*()]|[^/·*^()\s]+")
+
+
+def convert_parameter(value: float, declared: str, given: str, wanted: str) -> float:
+    """A parameter whose unit has the output's in it, as ``ppm/(unit)^2`` has, where the output is in another unit; others stay as they are.
+
+    Args:
+        value: where ``unit`` is `given`.
+        declared: the parameter's unit, products and quotients from left to right.
+        given: suffix of the output's unit.
+        wanted: suffix of the output's unit to return.
+
+    Returns:
+        NaN where the power of ``unit`` is no number.
+
+    Raises:
+        InputError: the two units measure different quantities.
+    """
+    return value * convert(1.0, given, wanted) ** output_power(declared)
+
+
+def output_power(declared: str) -> float:
+    """To which power the output's unit enters a parameter's: 1 for ``unit/K``, −2 for ``ppm/(unit)^2/K``, 0 for ``s``, NaN for ``unit^p``."""
+    plain = _SUPERSCRIPTS.sub(lambda found: f"^{found[0].translate(_RAISED)}", declared.replace("**", "^"))
+    return _power(_PARTS.findall(plain))
+
+
+def _power(parts: list[str]) -> float:
+    """The power of ``unit`` in a product up to its closing bracket, whose parts are used up."""
+    total, sign = 0.0, 1.0
+    while parts:
+        part = parts.pop(0)
+        if part == ")":
+            break
+        if part in {"/", "·", "*"}:
+            sign = -1.0 if part == "/" else 1.0
+            continue
+        power = _power(parts) if part == "(" else float(part == "unit")
+        raised = parts.pop(0) if parts and parts[0].startswith("^") else "^1"
+        total += sign * power * _number(raised.strip("^()")) if power else 0.0
+    return total
+
+
+def _number(text: str) -> float:
+    try:
+        return float(text)
+    except ValueError:
+        return math.nan

@@ -7,6 +7,7 @@ import sys
 from pathlib import Path
 from unittest import mock
 
+import numpy as np
 import pytest
 import torch
 from torch import Generator, Tensor
@@ -21,6 +22,7 @@ from zoo.measurements.read import read_runs
 from zoo.measurements.run import Run
 from zoo.models.bp import BP
 from zoo.models.hybrid import Hybrid
+from zoo.report.trace import rms
 from zoo.scoring.noise import Whitener
 from zoo.training.alternating import Alternating
 
@@ -169,6 +171,44 @@ def misfit(model: Hybrid, runs: list[Run]) -> Tensor:
     """(N, 1) block means of what a model leaves of the error, run after run."""
     with torch.no_grad():
         return torch.cat([run.block_mean_columns((run.error - model(run.select(model.inputs))).unsqueeze(-1)) for run in runs])
+
+
+@pytest.fixture(scope="module")
+def sum_of_effects(gyro, tmp_path_factory) -> Path:
+    """A grey box that was fitted to one of the runs."""
+    out = tmp_path_factory.mktemp("sum")
+    files = [f"data.files=[{gyro}/run_1.csv]", "data.average_s=100"]
+    assert run("train", "model=graybox", "effects=[static_bias,shupe,mohr]", *files, f"hydra.run.dir={out}") == 0
+    return out
+
+
+@pytest.mark.slow
+def test_a_trained_sum_of_effects_is_on_the_first_rung_as_it_was_given(gyro, sum_of_effects, tmp_path) -> None:
+    asked = [f"model={sum_of_effects}", "candidates=[hysteresis]", "data.average_s=100", *data(gyro)]
+    assert run("diagnose", *asked, f"hydra.run.dir={tmp_path / 'diagnosed'}") == 0
+    with mock.patch("zoo.report.page.write_report") as written:
+        assert run("refine", *asked, "add=hysteresis", f"hydra.run.dir={tmp_path / 'refined'}") == 0
+    diagnosed, refined = result(tmp_path / "diagnosed", "diagnosis.json"), result(tmp_path / "refined", "refinement.json")
+    first, last = refined["ladder"]
+    assert first["rms"] == pytest.approx(diagnosed["rms"], rel=1e-12)
+    given, check = load_model(sum_of_effects), read_runs(f"{gyro}/check.csv", average_s=100.0)
+    assert first["rms_check"] == pytest.approx(float(misfit(given, check).square().mean().sqrt()), rel=1e-9)
+    assert last["rms"] < first["rms"]
+    drawn = [trace for trace in written.call_args.args[2] if trace.role == "fit"]
+    assert rms(np.concatenate([trace.residual for trace in drawn])) == pytest.approx(first["rms"], rel=1e-9)
+    assert rms(np.concatenate([trace.residual_after for trace in drawn])) == pytest.approx(last["rms"], rel=1e-6)
+
+
+def test_a_trained_sum_of_effects_to_which_nothing_is_added_stays_as_it_was_given(sum_of_effects, tmp_path) -> None:
+    other, out = simulated(tmp_path / "other", "0", 5), tmp_path / "out"
+    asked = [f"model={sum_of_effects}", "candidates=[aging]", "data.average_s=100", *data(other)]
+    assert run("refine", *asked, "data.check_files=[]", f"hydra.run.dir={out}") == 0
+    found, given = result(out, "refinement.json"), load_model(sum_of_effects)
+    assert [rung["added"] for rung in found["ladder"]] == [None]
+    assert torch.equal(load_model(out).theta(), given.theta())
+    assert found["parameters"] == result(sum_of_effects, "metrics.json")["physical"]
+    assert found["ladder"][0]["rms"] > 2 * found["noise_floor"]
+    assert found["verdict"] == "unknown", "of another gyro: with other values, though, the same effects would leave noise"
 
 
 def test_a_networks_name_alone_takes_it_as_it_is(gyro, tmp_path) -> None:

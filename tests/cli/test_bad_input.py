@@ -122,8 +122,35 @@ def test_a_check_run_in_another_unit_or_without_a_column(told, tmp_path) -> None
     files = f"data.files=[{written(tmp_path / 'a.csv', table().assign(supply_v=5.0))}]"
     other = written(tmp_path / "b.csv", table(unit="dps").assign(supply_v=5.0))
     assert "one unit is needed" in told(files, f"data.check_files=[{other}]", "add=warm_up", verb="refine")
-    bare = written(tmp_path / "c.csv", table())
-    assert "c lacks the column supply_v" in told(files, f"data.check_files=[{bare}]", "add=warm_up", verb="refine")
+    bare = f"data.check_files=[{written(tmp_path / 'c.csv', table())}]"
+    for verb, more in (
+        ("refine", ["add=supply_voltage"]),
+        ("refine", ["effects=[static_bias,supply_voltage]", "add=warm_up"]),
+        ("train", ["model.features=[temperature,supply_v]"]),
+        ("train", ["model=hybrid", "effects=[mohr,supply_voltage]"]),
+        ("train", ["model=hybrid", "effects=[mohr]", "model.network.features=[supply_v]"]),
+        ("train", ["model=graybox", "effects=[mohr]", "model.inputs=[time_s,temperature_c,supply_v,reference_dph]"]),
+    ):
+        assert "c lacks the column supply_v" in told(files, bare, *more, verb=verb)
+    for verb in ("diagnose", "refine"):
+        assert "c lacks the column supply_v that the fitted runs have; candidates=[…]" in told(files, bare, verb=verb), "it may be what is missing"
+
+
+@pytest.mark.parametrize(
+    ("verb", "settings"),
+    [
+        ("refine", ["add=aging", "candidates=all"]),
+        ("diagnose", ["candidates=[aging]"]),
+        ("train", ["model=polynomial"]),
+        ("train", ["model=graybox", "effects=[static_bias,mohr]"]),
+    ],
+)
+def test_a_check_run_needs_no_column_that_nothing_asked_for_takes(tmp_path, verb, settings) -> None:
+    fitted, check = written(tmp_path / "a.csv", table().assign(supply_v=5.0)), written(tmp_path / "c.csv", table())
+    files = [f"data.files=[{fitted}]", f"data.check_files=[{check}]"]
+    assert run(verb, [*settings, *files, f"hydra.run.dir={tmp_path / 'out'}"]) == 0
+    if verb != "diagnose":
+        assert "supply_v" not in (tmp_path / "out" / "model.yaml").read_text()
 
 
 # Cells

@@ -123,6 +123,16 @@ def test_no_file_takes_the_place_of_another(trained) -> None:
         assert len(pd.read_csv(one["written"])) == len(recording())
 
 
+def test_every_file_has_a_picture_of_its_own(trained) -> None:
+    recording().to_csv("run.csv", index=False)
+    recording(50.0, seed=2).to_parquet("run.parquet")
+    recording(40.0, seed=3).to_csv("other.csv", index=False)
+    assert compensate(trained["polynomial"], "data.files=[run.csv,run.parquet,other.csv]") == 0
+    pictures = sorted(Path("out").glob("*.png"))
+    assert [one.name for one in pictures] == ["other.csv.png", "run.csv.png", "run.parquet.png"]
+    assert len({one.read_bytes() for one in pictures}) == 3
+
+
 @pytest.mark.parametrize("first", [0, 1, 300])
 def test_rows_that_come_late_are_left_empty_where_that_is_asked_for(trained, first) -> None:
     """Stamps that were written twice, one that went back, one that is missing."""
@@ -151,6 +161,57 @@ def test_rows_without_a_temperature_are_left_empty_and_forgotten(trained, capsys
     added = ["predicted_error_dph", "rate_dph_compensated"]
     assert holes.loc[100:109, added].isna().all(axis=None)
     pd.testing.assert_frame_equal(holes[added].dropna().reset_index(drop=True), rest[added], rtol=1e-9)
+
+
+def more(frame: pd.DataFrame) -> pd.DataFrame:
+    """The recording with the supply and the field, as simulated runs have them."""
+    hours = frame["time_s"] / 3600
+    return frame.assign(supply_v=5 + 0.05 * np.sin(hours), field_ut=20 + 4 * np.cos(3 * hours))
+
+
+@pytest.fixture(scope="module")
+def more_than_used(tmp_path_factory) -> dict[str, Path]:
+    """Output folders of grey boxes that were given the supply and the field: one uses neither, one the supply."""
+    folder = tmp_path_factory.mktemp("more")
+    more(recording()).to_csv(folder / "a.csv", index=False)
+    given = ["model=graybox", f"data.files=[{folder / 'a.csv'}]", "data.average_s=100"]
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(sys, "argv", [])
+        for name, effect in (("neither", "hysteresis"), ("supply", "supply_voltage")):
+            assert run("train", [*given, f"effects=[static_bias,mohr,{effect}]", f"hydra.run.dir={folder / name}"]) == 0
+    return {name: folder / name for name in ("neither", "supply")}
+
+
+def test_only_columns_that_the_model_uses_are_asked_for(more_than_used, capsys) -> None:
+    whole = more(recording(50.0, seed=2))
+    whole.to_csv("whole.csv", index=False)
+    whole.drop(columns=["supply_v", "field_ut"]).to_csv("bare.csv", index=False)
+    assert compensate(more_than_used["neither"], "data.files=[whole.csv,bare.csv]") == 0
+    predicted = [pd.read_csv(f"out/{name}.csv")["predicted_error_dph"] for name in ("whole", "bare")]
+    assert np.array_equal(*predicted)
+    model = load_model(more_than_used["neither"])
+    x = torch.from_numpy(whole.assign(reference_dph=0.0)[model.inputs].to_numpy())
+    with torch.no_grad():
+        np.testing.assert_allclose(predicted[0], model(x).numpy(), rtol=0, atol=1e-9)
+    capsys.readouterr()
+    assert compensate(more_than_used["supply"], "data.files=[bare.csv]") == 2
+    assert "the model GrayBox needs the column supply_v; the file has time_s, temperature_c" in capsys.readouterr().err
+
+
+def test_only_columns_that_the_models_use_are_asked_for_in_a_comparison(more_than_used, capsys) -> None:
+    whole = more(recording(50.0, seed=2))
+    whole.to_csv("whole.csv", index=False)
+    whole.drop(columns=["supply_v", "field_ut"]).to_csv("bare.csv", index=False)
+    neither, supply = more_than_used["neither"], more_than_used["supply"]
+    for files in (["data.files=[bare.csv]"], ["data.files=[whole.csv]", "data.check_files=[bare.csv]"]):
+        assert run("compare", [f"runs=[{neither}]", *files, "data.average_s=100", "hydra.run.dir=table"]) == 0
+        found = json.loads(Path("table/comparison.json").read_text())
+        left = {row["graybox"] for row in found["rows"] if row["stage"] == "whole"}
+        assert len(left) == 1, "the same of the same record"
+        capsys.readouterr()
+        assert run("compare", [f"runs=[{neither},{supply}]", *files, "hydra.run.dir=no"]) == 2
+        told = capsys.readouterr().err
+        assert f"{supply}: bare: the model needs the column supply_v; the file has time_s, temperature_c" in told
 
 
 def test_what_was_never_fitted_is_told(trained, capsys) -> None:

@@ -6,12 +6,15 @@ import shlex
 import sys
 from collections.abc import Callable, Iterator
 from pathlib import Path
+from types import SimpleNamespace
 
 import pytest
 from omegaconf import OmegaConf
 
 from zoo.catalog import build, names
 from zoo.cli import application
+from zoo.cli.given_model import Subject
+from zoo.cli.grown_model import examine
 from zoo.cli.next_commands import next_commands
 from zoo.effects.checks import check_effect
 
@@ -327,6 +330,25 @@ def test_the_next_command_can_be_pasted_and_means_the_same(verb, monkeypatch) ->
     diagnosed, refined = configs
     assert refined == diagnosed | {"add": ["mine"]}
     assert shlex.split(commands[1])[2:] == words[2:], "and what is added is not added twice"
+
+
+def test_the_proposed_run_is_simulated_with_the_effect_wherever_it_lies(verb, monkeypatch) -> None:
+    commands: list[str | None] = []
+    proposed = [shlex.join(["fogzoo", "simulate", *QUICK, "hidden=mine"]), None]
+
+    def remember(config, out) -> Path:
+        for command in proposed:
+            found = SimpleNamespace(record={"next_experiment": {"command": command}}, search=SimpleNamespace(missing=[]))
+            monkeypatch.setattr("zoo.cli.grown_model.diagnose", lambda *_, found=found: found)
+            commands.append(examine(Subject([], {}), [], print)[0].record["next_experiment"]["command"])
+        return out
+
+    monkeypatch.setattr("zoo.cli.diagnose.run", remember)
+    assert verb("diagnose", "data.files=[a.csv]") == (0, "")
+    simulated, none = commands
+    assert none is None
+    assert simulated is not None
+    assert application.run("simulate", [*shlex.split(simulated)[2:], "hydra.run.dir=out"]) == 0
 
 
 def test_without_a_missing_effect_there_is_nothing_to_type() -> None:

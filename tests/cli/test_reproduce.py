@@ -36,3 +36,36 @@ def test_every_method_has_its_rows_and_the_figures_are_drawn(paper: str, tmp_pat
     assert table.ours.notna().all()
     assert {path.stem for path in (out / "figures").iterdir()} == FIGURES[paper]
     assert "| found |" in (out / "table.md").read_text()
+
+
+PROTOCOL = "# @package _global_\ndefaults: [qiu2023]\nanswer: {}\n"
+
+
+@pytest.mark.parametrize(
+    "setting",
+    [
+        '+methods.mine=["model=polynomial","optimizer=least_squares"]',
+        "+data.columns.airflow=air",
+        "+model.activation=tanh",
+        "+optimizer.momentum=0.5",
+        "+init.ants=7",
+        "++epochs=3",
+        "+figures=zoo.report.rate_table_figures",
+        "+answer.is=43",
+    ],
+)
+def test_what_a_training_and_a_protocol_have_can_be_added_to(setting: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    (tmp_path / "conf" / "experiment").mkdir(parents=True)
+    (tmp_path / "conf" / "experiment" / "mine.yaml").write_text(PROTOCOL)
+    monkeypatch.setattr("zoo.cli.reproduce.run", lambda config, out: out)
+    common = ["paper=mine", f"hydra.searchpath=[file://{tmp_path / 'conf'}]", f"hydra.run.dir={tmp_path / 'out'}"]
+    assert run("reproduce", [*common, setting]) == 0
+
+
+@pytest.mark.parametrize(("verb", "chosen"), [("reproduce", ["paper=qiu2023"]), ("train", ["data.files=[a.csv]"])])
+def test_what_nothing_would_read_is_refused(verb: str, chosen: list[str], capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
+    wrong = "+method.mine=[]" if verb == "reproduce" else "+methods.mine=[]"
+    assert run(verb, [*chosen, wrong, f"hydra.run.dir={tmp_path / 'out'}"]) == 2
+    told = capsys.readouterr().err
+    assert f"there is no setting '{wrong[1:].partition('.')[0]}'" in told
+    assert ("did you mean methods" in told) == (verb == "reproduce")

@@ -110,5 +110,5 @@ def test_copies_share_what_was_computed(x, run) -> None:
 
 
 def test_a_column_that_the_runs_lack_is_named(x, run) -> None:
-    with pytest.raises(InputError, match="run_1: the model BP needs the column temperature_flange_c"):
+    with pytest.raises(InputError, match="run_1: the model needs the column temperature_flange_c"):
         Trained("bp", build("model", "bp", features=["temperature_flange"]), [run])

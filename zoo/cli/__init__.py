@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import gc
 import importlib
+import os
+import re
 import sys
 
 import zoo
@@ -21,7 +23,10 @@ USAGE = """fogzoo: the thermal drift of fibre-optic gyroscopes
   fogzoo export      a model as files that run with torch alone, sample by sample
   fogzoo reproduce   a paper's methods trained, its tables and figures beside ours
 
-fogzoo VERB --help lists the settings; fogzoo VERB key=value sets them. Start: fogzoo diagnose 'data.files=[run_*.csv]'"""
+fogzoo VERB --help lists the settings; fogzoo VERB key=value sets them. Start: fogzoo diagnose 'data.files=[run_*.csv]'
+eval "$(fogzoo -sc install=bash)" lets bash complete verbs and settings"""
+COMPLETION = frozenset({"-sc", "--shell-completion"})
+"""Hydra's flag, by which a shell asks what may come next on a half-typed line, and the user for what makes the shell ask."""
 
 
 def main() -> None:
@@ -31,6 +36,8 @@ def main() -> None:
         sys.exit(_print(USAGE, 0 if arguments else 2))
     if "--version" in arguments[:2]:
         sys.exit(_print(f"fogzoo {zoo.__version__}", 0))
+    if arguments[0] in COMPLETION:
+        arguments = [_verb_to_complete(arguments), *arguments]
     with leaving_at_once():
         importlib.import_module("zoo.cli.application")
     gc.freeze()  # modules stay; the collector, going through them again and again, took 6 % of a diagnosis
@@ -55,6 +62,23 @@ def run(verb: str, arguments: list[str]) -> int:
         print(f"error: unknown verb '{verb}': {nearest(verb, application.VERBS)}", file=sys.stderr)
         return 2
     return application.run(verb, arguments)
+
+
+def _verb_to_complete(asked: list[str]) -> str:
+    """The verb on the line that the shell asks about, taken out of it, so that Hydra finds there what it knows: a program and its settings.
+
+    Where no verb stands there yet, the process ends with those that it may become; what installs completion is the same for all.
+    """
+    verbs = re.findall(r"^  fogzoo (\w+)", USAGE, re.MULTILINE)
+    if not any(one.startswith("query=") for one in asked):
+        return str(verbs[0])
+    _, begun, settings = re.fullmatch(r"\s*(\S*)\s*(\S*)(.*)", os.environ.get("COMP_LINE", ""), re.DOTALL).groups()  # type: ignore[union-attr]
+    if not settings:
+        sys.exit(_print("\n".join(verb for verb in verbs if verb.startswith(begun)), 0))
+    if begun not in verbs:
+        sys.exit(0)
+    os.environ["COMP_LINE"] = f"fogzoo{settings}"
+    return str(begun)
 
 
 def _print(text: str, code: int) -> int:

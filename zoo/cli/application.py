@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import importlib
+import io
 import os
 import re
+import shlex
 import sys
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager, suppress
+from contextlib import contextmanager, nullcontext, redirect_stderr, redirect_stdout, suppress
 from pathlib import Path
 
 import hydra
@@ -23,6 +25,7 @@ from omegaconf.errors import OmegaConfBaseException
 from yaml import YAMLError  # type: ignore[import-untyped]
 
 from zoo.catalog import config_folder, names
+from zoo.cli import COMPLETION
 from zoo.cli.closed_pipe import nobody_reads, print_to_nobody, unread_logs
 from zoo.cli.folders import hollow_removed
 from zoo.cli.interrupts import tell_interrupted
@@ -58,10 +61,11 @@ def run(verb: str, arguments: list[str]) -> int:
         The exit code.
     """
     traced = os.environ.get("HYDRA_FULL_ERROR") == "1"
-    arguments = folder_settings(arguments) if verb in OF_A_MODEL else paper_settings(arguments) if verb == "reproduce" else arguments
-    sys.argv = [f"fogzoo {verb}", *arguments]
+    arguments, completing = _in_hydras_words(verb, arguments), not COMPLETION.isdisjoint(arguments)
+    sys.argv = [*(sys.argv[:1] if completing else [f"fogzoo {verb}"]), *arguments]  # completion is of a program, not of a verb
+    asked = completing and any(one.startswith("query=") for one in arguments)
     codes: list[int] = []
-    with _unwrapped(), unread_logs():
+    with _unwrapped(), unread_logs(), _half_typed(verb) if asked else nullcontext():
         try:
             with hollow_removed(), sweep_told(codes), suppress(SystemExit):  # Hydra's own end after --help
                 check_flags(arguments)
@@ -75,6 +79,35 @@ def run(verb: str, arguments: list[str]) -> int:
                 raise
             codes.append(_tell(error))
     return max(codes, default=0)
+
+
+def _in_hydras_words(verb: str, arguments: list[str]) -> list[str]:
+    return folder_settings(arguments) if verb in OF_A_MODEL else paper_settings(arguments) if verb == "reproduce" else arguments
+
+
+@contextmanager
+def _half_typed(verb: str) -> Iterator[None]:
+    """Lets Hydra complete a shell's line as if its settings were typed without quotes and in its own words; what it cannot read yet is no error."""
+    line, offered = os.environ.get("COMP_LINE", ""), io.StringIO()
+    before, last = re.fullmatch(r"(.*\s)?(\S*)", line, re.DOTALL).groups(default="")  # type: ignore[union-attr]
+    *words, begun = _in_hydras_words(verb, [*_without_quotes(before), last])
+    os.environ["COMP_LINE"] = " ".join([*words, begun])
+    try:
+        with redirect_stdout(offered), redirect_stderr(io.StringIO()):
+            yield
+    finally:
+        os.environ["COMP_LINE"] = line
+    hydras, own = (one[: one.find("=") + 1] for one in (begun, last))
+    print(offered.getvalue().replace(hydras, own), end="")
+
+
+def _without_quotes(text: str) -> list[str]:
+    """Words as a shell hands them over; Hydra would take one with blanks in it for several, so it is left out."""
+    try:
+        words = shlex.split(text)
+    except ValueError:  # a quote is still open
+        words = text.split()
+    return [one for one in words if not re.search(r"\s", one)]
 
 
 @contextmanager

@@ -17,12 +17,13 @@ from zoo.catalog import load_ranges
 from zoo.cli.command_line import is_typed
 from zoo.cli.saved_models import SavedModel, find_model
 from zoo.errors import BadRow, InputError
+from zoo.export.narrowed import narrowed
 from zoo.measurements.files import find_files, run_names, suffix
 from zoo.measurements.read import check_settings
 from zoo.measurements.schema import Layout, layout
 from zoo.measurements.table import column_names
 from zoo.models.compensation import Compensation, Compensator, Tally, check_uncompensated, remarks
-from zoo.models.example import example, used_inputs
+from zoo.models.example import example
 from zoo.models.prediction import usable_device
 from zoo.models.streaming import check_streams
 from zoo.progress import progress
@@ -95,7 +96,7 @@ def _compensator(saved: SavedModel, device: Any) -> Compensator:
     check_streams(saved.module, tried)
     named = [name.removeprefix("reference_") for name in saved.module.inputs if name.startswith("reference_")]
     unit = saved.facts.get("unit") or (named[0] if named else None)
-    used = used_inputs(saved.module, tried)
+    used = narrowed(saved.module, ranges).inputs[1:]
     return Compensator(saved.module.to(device), unit, ranges, used)
 
 
@@ -157,11 +158,16 @@ def _draw(targets: list[Path], layouts: list[Layout], done: list[Tally]) -> None
     from zoo.report.palette import styled
 
     with styled():
-        for target, one, tally in zip(targets, layouts, done, strict=True):
+        for target, name, one, tally in zip(targets, _distinct(targets), layouts, done, strict=True):
             if len(tally.blocks) > 1:
-                name = target.name.removesuffix(suffix(target))
                 figure = compensation_figure(name, tally.blocks[:, 0] / 3600, tally.blocks[:, 1], tally.blocks[:, 2], symbol(one.unit))
                 write_png(target.with_name(f"{name}.png"), figure)
+
+
+def _distinct(targets: list[Path]) -> list[str]:
+    """The new files' stems; their names in full where two of one stem are of different kinds."""
+    stems = [target.name.removesuffix(suffix(target)) for target in targets]
+    return stems if len(set(stems)) == len(stems) else [target.name for target in targets]
 
 
 def _print(facts: list[dict[str, Any]]) -> None:

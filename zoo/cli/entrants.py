@@ -13,14 +13,15 @@ from rich.console import Console
 from rich.progress import track
 from torch import Tensor
 
-from zoo.catalog import MODEL_FILE, load_members
+from zoo.catalog import MODEL_FILE, load_members, load_ranges
 from zoo.cli.given_predictions import file_of
 from zoo.cli.outcomes import FAILED
 from zoo.cli.saved_models import RESULTS, distinct_names, load_saved, model_folders, tops
 from zoo.errors import InputError, in_brief
 from zoo.export.exported import SCRIPT_FILE, load_exported
+from zoo.export.narrowed import narrowed
 from zoo.measurements.predictions import read_prediction
-from zoo.measurements.run import Run
+from zoo.measurements.run import OUTPUT, Run
 from zoo.models.base import Model
 from zoo.models.prediction import predict_blocks
 from zoo.training.members import MEMBERS_FILE
@@ -97,13 +98,13 @@ def _loaded(folder: Path, scripted: bool) -> list[Entrant]:
     if scripted:
         module, metadata = load_exported(folder)
         kind, facts = f"{metadata.get('model') or 'exported'}_exported", _facts(metadata)
-        return [Entrant(kind, kind, folder, facts, dict(_flat(metadata.get("settings") or {})), _predictor(module))]
+        return [Entrant(kind, kind, folder, facts, dict(_flat(metadata.get("settings") or {})), _predictor(module, folder))]
     saved = load_saved(folder)
     settings = _settings(folder, but=NO_SETTINGS if saved.facts.get("init") else (*NO_SETTINGS, "init"))  # a fit by itself has no use for a start
     if not (folder / MEMBERS_FILE).is_file():
-        return [Entrant(saved.kind, saved.kind, folder, saved.facts, settings, _predictor(saved.module))]
+        return [Entrant(saved.kind, saved.kind, folder, saved.facts, settings, _predictor(saved.module, folder))]
     members = ((seed, cast(Model, module)) for seed, module in load_members(folder))
-    return [Entrant(saved.kind, saved.kind, folder, saved.facts | {"seed": seed}, settings, _predictor(module)) for seed, module in members]
+    return [Entrant(saved.kind, saved.kind, folder, saved.facts | {"seed": seed}, settings, _predictor(module, folder)) for seed, module in members]
 
 
 def _facts(metadata: dict[str, Any]) -> dict[str, Any]:
@@ -114,8 +115,19 @@ def _facts(metadata: dict[str, Any]) -> dict[str, Any]:
     return unit | {"runs": [{"run": name} for name in trained.get("runs") or []]} | told
 
 
-def _predictor(module: Model) -> Callable[[Run, torch.device], Tensor]:
-    return lambda run, device: predict_blocks(module.to(device), run)
+def _predictor(module: Model, folder: Path) -> Callable[[Run, torch.device], Tensor]:
+    def predict(run: Run, device: torch.device) -> Tensor:
+        try:
+            return predict_blocks(_taken_from(run, module, folder).to(device), run)
+        except InputError as error:
+            raise InputError(f"{folder}: {error}") from error
+
+    return predict
+
+
+def _taken_from(run: Run, module: Model, folder: Path) -> Model:
+    """The model; where a run lacks some of its columns, asked only for those that it uses."""
+    return module if {*module.inputs} <= {*run.columns, OUTPUT} else narrowed(module.cpu(), load_ranges(folder))
 
 
 def given_predictions(files: Mapping[str, list[Path]], runs: int, time: str | None) -> list[Entrant]:

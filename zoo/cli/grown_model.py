@@ -13,6 +13,8 @@ from omegaconf import DictConfig, OmegaConf
 from zoo.catalog import MODEL_FILE, load
 from zoo.cli.command_line import searchpath
 from zoo.cli.given_model import Subject
+from zoo.cli.next_commands import with_own_configs
+from zoo.cli.saved_models import physical_values
 from zoo.diagnosis.diagnose import Diagnosis, diagnose
 from zoo.diagnosis.refine import CHECK_ALLOWED, Refinement, refine
 from zoo.diagnosis.regions import regions, runs_rms
@@ -50,9 +52,11 @@ def _rungs(found: Diagnosis) -> list[Solved]:
 
 def _told(found: Diagnosis, asked: Subject) -> Diagnosis:
     """The diagnosis with the model it is of, and what that leaves as it was trained: the linearised one was fitted to these runs anew."""
+    record = found.record
+    if record["next_experiment"] is not None:
+        record["next_experiment"]["command"] = with_own_configs(record["next_experiment"]["command"])
     if asked.saved is None:
         return found
-    record = found.record
     record["model"] = {"path": str(asked.saved.folder), "name": asked.saved.kind}
     record["parameters"].pop(asked.term, None)
     if asked.as_given is not None:
@@ -69,7 +73,7 @@ def _told(found: Diagnosis, asked: Subject) -> Diagnosis:
 def climb(
     asked: Subject, before: Diagnosis, runs: list[Run], check_runs: list[Run], add: str | list[str], progress: Progress
 ) -> tuple[Refinement, list[Model]]:
-    """Refine; each rung of a network's ladder is trained as a hybrid.
+    """Refine; each rung of a network's ladder is trained as a hybrid, and a trained model is on the first as it was given.
 
     Args:
         asked: the model as it stands.
@@ -84,7 +88,7 @@ def climb(
     """
     found = refine(runs, check_runs, asked.effects, add, asked.catalogue, progress, before)
     if asked.network is None:
-        return found, [solved.model.cpu() for solved in found.solutions]
+        return _from_given(found, asked, check_runs)
     models: list[Model] = []
     for rung, solved in zip(found.record["ladder"], found.solutions, strict=True):
         progress(f"training {' + '.join(solved.names)}")
@@ -96,8 +100,24 @@ def climb(
     return found, models
 
 
+def _from_given(found: Refinement, asked: Subject, check_runs: list[Run]) -> tuple[Refinement, list[Model]]:
+    """A sum of effects and what was fitted on each rung; a trained one is on the first as it was given, judged as `diagnose` judges it."""
+    models: list[Model] = [solved.model.cpu() for solved in found.solutions]
+    given, record = asked.as_given, found.record
+    if asked.saved is None or not isinstance(given, GrayBox):
+        return found, models
+    scores = score_runs(given, _on_cpu(found.diagnosis.bench.runs), check_runs)
+    record["ladder"][0].update(rms=scores["rms"], rms_check=scores["rms_check"])
+    if len(models) == 1:
+        record["parameters"] = physical_values(asked.saved.facts) or {}
+        _judge(record)
+        if scores["rms"] > CHECK_ALLOWED * record["noise_floor"]:
+            record["verdict"] = "unknown"
+    return found, [given, *models[1:]]
+
+
 def _judge(record: dict[str, Any]) -> None:
-    """The refinement's verdict where its last rung was trained anew: on check runs, what is not borne out is not complete."""
+    """The refinement's verdict where its last rung is another than the fit: on check runs, what is not borne out is not complete."""
     floor, last = record["noise_floor_check"], record["ladder"][-1]["rms_check"]
     record["borne_out"] = floor is None or last <= CHECK_ALLOWED * floor
     if not record["borne_out"]:

@@ -2,23 +2,27 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 from typing import Any, cast
 
 from omegaconf import DictConfig, OmegaConf, open_dict
 
-from zoo.catalog import create
+from zoo.catalog import create, load
+from zoo.cli.command_line import searchpath
+from zoo.cli.effects import catalogue, chosen, named
 from zoo.errors import InputError
 from zoo.measurements.files import find_files
 from zoo.measurements.points import Points
 from zoo.measurements.run import SHARES, Run
+from zoo.models.features import Features
 
 
 def read_data(config: DictConfig) -> tuple[list[Run], list[Run]]:
     """The runs to fit and the runs only to check on, from `config.data`.
 
     The block length found for the fitted runs is used for the others as well. `data.holdout` keeps pieces of every run for checking, `data.points`
-    single blocks.
+    single blocks. A column that the runs to check on lack is left out of the others, where nothing that is asked for needs it.
 
     Raises:
         InputError: the settings or files are wrong.
@@ -44,7 +48,9 @@ def read_data(config: DictConfig) -> tuple[list[Run], list[Run]]:
         _check_unseen(check_files, data.files)
         average_s = data.average_s if data.average_s is None else runs[0].average_s
         found = create(data, files=[check_files] if isinstance(check_files, str) else list(check_files), average_s=average_s)
-        checks += points.meeting([_alike(run, runs[0]) for run in found])
+        spare = _spare(config, runs[0], found)
+        runs, checks = ([_without(run, spare) for run in part] for part in (runs, checks))
+        checks += points.meeting(found)
     return runs, checks
 
 
@@ -72,10 +78,51 @@ def _plain(value: Any) -> Any:
     return OmegaConf.to_container(value) if OmegaConf.is_config(value) else value
 
 
-def _alike(run: Run, fitted: Run) -> Run:
-    lacking = [name for name in fitted.columns if name not in run.columns]
-    if run.unit != fitted.unit:
-        raise InputError(f"data.check_files: {run.name} is in {run.unit}, the fitted runs are in {fitted.unit}; one unit is needed")
-    if lacking:
-        raise InputError(f"data.check_files: {run.name} lacks the column {', '.join(lacking)} that the fitted runs have")
-    return run
+def _spare(config: DictConfig, fitted: Run, checks: list[Run]) -> list[str]:
+    """Columns of the fitted runs that the runs to check on lack and nothing needs that is asked for.
+
+    Raises:
+        InputError: one is needed, or the units differ.
+    """
+    other = next((run for run in checks if run.unit != fitted.unit), None)
+    if other is not None:
+        raise InputError(f"data.check_files: {other.name} is in {other.unit}, the fitted runs are in {fitted.unit}; one unit is needed")
+    lacking = {name: run.name for run in checks for name in fitted.columns if name not in run.columns}
+    if not lacking or "model" not in config:  # models that are compared were trained before: each asks for its own columns
+        return []
+    needed = sorted(_needed(config, fitted) & {*lacking})
+    if needed:
+        way = "; candidates=[…] may leave out the effects that need it" if _chooses(config) else ""
+        raise InputError(f"data.check_files: {lacking[needed[0]]} lacks the column {', '.join(needed)} that the fitted runs have{way}")
+    return list(lacking)
+
+
+def _needed(config: DictConfig, fitted: Run) -> set[str]:
+    """Columns that may be needed to predict a run: by the features and effects that are named; all where a model is asked for that may take any."""
+    model, features = config.model, _features(config.model)
+    if "candidates" in config and model.folder is None:
+        effects = catalogue(config, None if _chooses(config) else named("add", config.add, "auto"))
+    elif model.get("effects") is not None and model.get("inputs") is None:
+        effects = chosen(config)
+    else:
+        return set(fitted.columns) if features is None or "inputs" in model else features
+    return {*fitted.thermometers, *(features or ()), *(column for effect in effects.values() for column in effect.needs)}
+
+
+def _features(model: DictConfig) -> set[str] | None:
+    """Raw columns behind the features of a network, or of the one in a hybrid; None where it names none."""
+    network = model.get("network", model)
+    names = (load("model", network, searchpath()) if isinstance(network, str) else network).get("features")
+    return set(Features([str(name) for name in names]).inputs) if OmegaConf.is_list(names) else None
+
+
+def _chooses(config: DictConfig) -> bool:
+    """Whether the effects that may be added to a sum of effects are the candidates."""
+    return "candidates" in config and config.model.folder is None and config.get("add", "auto") == "auto"
+
+
+def _without(run: Run, names: list[str]) -> Run:
+    """A run less some columns, with a note."""
+    kept = tuple(name for name in run.columns if name not in names)
+    notes = (f"{name} is not used, as not all the runs have it" for name in names)
+    return run if not names else replace(run, columns=kept, table=run.select(kept), notes=(*run.notes, *notes))

@@ -19,9 +19,18 @@ RUNS = ("data", "data.files", "data.check_files")
 
 def typed_settings() -> list[str]:
     """The settings as they were typed, whichever they are, without what to add; the user's own config folders come last."""
-    kept = [one for one in typed() if not one.startswith("add=")]
+    return [*(one for one in typed() if not one.startswith("add=")), *own_configs()]
+
+
+def own_configs() -> list[str]:
+    """The setting that names the user's own config folders; none where there are none."""
     folders = ",".join(f"file://{folder}" for folder in searchpath())
-    return [*kept, *([f"hydra.searchpath=[{folders}]"] if folders else [])]
+    return [f"hydra.searchpath=[{folders}]"] if folders else []
+
+
+def with_own_configs(command: str | None) -> str | None:
+    """A command with the user's own config folders, of which it may name an effect."""
+    return command and " ".join([command, *map(shlex.quote, own_configs())])
 
 
 def refine_words() -> list[str]:

@@ -8,7 +8,7 @@ import secrets
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass, replace
 from pathlib import Path
-from typing import Any
+from typing import Any, cast
 
 from omegaconf import DictConfig, OmegaConf
 
@@ -95,21 +95,32 @@ def finished_before(folder: Path, new: Outcome) -> Outcome | None:
     return replace(new, code=0, result=old.result, again=True)
 
 
-def made_from(config: DictConfig) -> str:
-    """What decides a result: the settings, this program's version, and name, size and time of the files of measurements.
+def made_from(config: DictConfig, but: Sequence[str] = ("hydra", "objective")) -> str:
+    """What decides a result, as text: the settings, this program's version, and which measurements they are.
+
+    Args:
+        config: composed.
+        but: keys at its top that decide nothing.
 
     Raises:
-        InputError: the files are not there.
+        InputError: the files are not there, or the simulation that is asked for cannot be.
     """
-    plain: dict[str, Any] = OmegaConf.to_container(config, resolve=True)  # type: ignore[assignment]
-    data = plain.get("data") or {}
-    given = [] if "simulated" in data else [data.get(key) for key in ("files", "check_files")]
-    files = [path.resolve() for one in given if one and one != "???" for path in find_files(one)]
-    stamps = [[str(path), path.stat().st_size, path.stat().st_mtime_ns] for path in files]
-    return f"{settings_text(config, but=('hydra', 'objective'))} {json.dumps(stamps)} {zoo.__version__}"
+    return f"{_settings_text(config, but)} {json.dumps(_stamps(config))} {zoo.__version__}"
 
 
-def settings_text(config: DictConfig, but: Sequence[str]) -> str:
+def _stamps(config: DictConfig) -> list[Any]:
+    """Name, size and time of the files of measurements; of a simulation its recording's name, which stands for settings and code alike."""
+    data = config.get("data") or OmegaConf.create()
+    if data.get("simulated") is not None:
+        from zoo.cli.simulated_data import recorded  # the simulator, only where it is asked
+
+        return [recorded(cast(dict[str, Any], OmegaConf.to_container(data.simulated)), Path(data.folder)).name]
+    given = [OmegaConf.select(data, key) for key in ("files", "check_files")]
+    files = [path.resolve() for one in given if one for path in find_files(one)]
+    return [[str(path), path.stat().st_size, path.stat().st_mtime_ns] for path in files]
+
+
+def _settings_text(config: DictConfig, but: Sequence[str]) -> str:
     """Settings as a text that is equal where they are.
 
     Args:

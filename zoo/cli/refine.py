@@ -17,7 +17,6 @@ from zoo.cli.inputs import read_data
 from zoo.cli.next_commands import compare_command, next_commands, refine_words, stub_commands, typed_settings
 from zoo.diagnosis.refine import Refinement, check_added
 from zoo.models.base import Model
-from zoo.models.graybox import GrayBox
 from zoo.models.prediction import usable_device
 from zoo.models.ranges import fitted_ranges
 from zoo.report.unknown_stub import stub_line, write_stub
@@ -72,8 +71,8 @@ def _report(out: Path, record: dict[str, Any], found: Refinement, models: list[M
 
     base, refined = models[0], models[-1] if len(models) > 1 else None
     fitted = [run.to("cpu") for run in found.solutions[0].design.runs]
-    # A network was trained anew on each rung: its residual is no longer that of the linear fit.
-    left = [found.solutions[i].residual if isinstance(models[i], GrayBox) else None for i in (0, -1)]
+    # A network was trained anew on each rung, and a trained sum of effects is as it was given: neither leaves what the fit does.
+    left = [found.solutions[i].residual if models[i] is found.solutions[i].model else None for i in (0, -1)]
     drawn = [*traces(fitted, "fit", base, refined, *left), *traces(check_runs, "check", base, refined)]
     write_report(out / "report.html", record, drawn, found.record, refine=refine_words())
     write_events(out / "tensorboard", record, drawn, found.record)

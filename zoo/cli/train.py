@@ -17,7 +17,7 @@ from zoo.catalog import create, load, save_model
 from zoo.cli.command_line import searchpath
 from zoo.cli.effects import chosen
 from zoo.cli.inputs import read_data
-from zoo.cli.outcomes import settings_text
+from zoo.cli.outcomes import made_from
 from zoo.errors import InputError
 from zoo.measurements.run import Run
 from zoo.models.base import Model
@@ -141,8 +141,8 @@ def _checkpoint(resume: str | None) -> Path | None:
 
 
 def _settings(config: DictConfig) -> str:
-    """All that decides where a training leads, as text: a checkpoint tells by it whether it belongs to this command."""
-    return settings_text(config, but=("hydra", "resume", "epochs", "torch_device", "objective"))
+    """All that decides where a training leads, as text: a checkpoint tells by it whether it belongs to this command and these measurements."""
+    return made_from(config, but=("hydra", "resume", "epochs", "torch_device", "objective"))
 
 
 def _unfinished(out: Path, settings: str) -> Path | None:

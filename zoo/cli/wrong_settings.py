@@ -6,14 +6,18 @@ import re
 import shlex
 import sys
 from collections.abc import Iterable
+from pathlib import PurePosixPath
 from typing import NoReturn, cast
 
 from hydra._internal.utils import get_args_parser
+from hydra.core.hydra_config import HydraConfig
 from hydra.core.override_parser.overrides_parser import OverridesParser
 from hydra.errors import HydraException, OverrideParseException
 from omegaconf import DictConfig, OmegaConf
 
-from zoo.catalog import LISTS, config_folder
+from zoo.catalog import LISTS, find, names
+from zoo.cli.command_line import searchpath
+from zoo.cli.papers import GROUP
 from zoo.errors import InputError, nearest
 from zoo.measurements.files import SUFFIXES
 
@@ -69,15 +73,34 @@ def check_known(verb: str, overrides: Iterable[str]) -> None:
     Raises:
         InputError: names it, and what is meant perhaps.
     """
-    known: set[str] = {"hydra"}
-    for name in (verb, "base"):
-        config = cast(DictConfig, OmegaConf.load(config_folder() / f"{name}.yaml"))
-        groups = (one for one in config.get("defaults") or [] if isinstance(one, DictConfig))
-        known |= {str(key) for part in (config, *groups) for key in part} - {"defaults"}
-    for override in overrides:
-        added = re.match(r"\+{1,2}([^.=@]+)", override)
-        if added and added.group(1) not in known:
-            raise InputError(f"{override}: there is no setting '{added.group(1)}'; {nearest(added.group(1), known)}")
+    added = {override: found.group(1) for override in overrides if (found := re.match(r"\+{1,2}([^.=@]+)", override))}
+    known = _known(verb) if added else set()
+    for override, key in added.items():
+        if key not in known:
+            raise InputError(f"{override}: there is no setting '{key}'; {nearest(key, known)}")
+
+
+def _known(verb: str) -> set[str]:
+    """What may stand at the top of a verb's config; with a paper's protocol chosen, also what that or any other paper's brings."""
+    known = {"hydra"} | _keys(verb)
+    protocol = HydraConfig.get().runtime.choices.get(GROUP)
+    return known if protocol is None else known.union(*(_keys(f"{GROUP}/{name}") for name in (protocol, *names(GROUP))))
+
+
+def _keys(name: str) -> set[str]:
+    """The keys of a config, the groups that it chooses from, and the same of the configs that it starts from.
+
+    Args:
+        name: as Hydra has it, such as `experiment/qiu2023`.
+    """
+    path = find("", name, searchpath())
+    if path is None:
+        return set()
+    config = cast(DictConfig, OmegaConf.load(path))
+    defaults = config.pop("defaults", None) or []
+    groups = {str(key).split()[-1].strip("/") for one in defaults if isinstance(one, DictConfig) for key in one}
+    included = [str(PurePosixPath(name).parent / one).strip("/") for one in defaults if isinstance(one, str) and one != "_self_"]
+    return {str(key) for key in config}.union(groups, *map(_keys, included))
 
 
 def instead(error: BaseException) -> str | None:

@@ -71,13 +71,13 @@ class Tally:
 
 
 def columns_needed(compensator: Compensator, one: Layout) -> tuple[Source, ...]:
-    """What has to be read of a file: the time, what the model takes, the true input where it is recorded, and last the output.
+    """What has to be read of a file: the time, what the model uses, the true input where it is recorded, and last the output.
 
     Raises:
         InputError: a column is missing, the output's unit is of another quantity, or the file is compensated already.
     """
     known = {source.name: source for source in one.inputs}
-    takes = [name for name in compensator.model.inputs[1:] if name != OUTPUT and not name.startswith("reference_")]
+    takes = [name for name in compensator.used if name != OUTPUT and not name.startswith("reference_")]
     missing = [name for name in takes if name not in known]
     if missing:
         kind = type(compensator.model).__name__
@@ -169,7 +169,7 @@ class Compensation:
         return np.stack([predicted, output - predicted], axis=1)
 
     def _raw(self, numbers: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """(M, C) the model's raw columns, and (M,) true input and output [output's unit]."""
+        """(M, C) the model's raw columns, 0 where it does not use them, and (M,) true input and output [output's unit]."""
         output = numbers[:, -1]
         truth = numbers[:, -2] if self._one.reference else np.full_like(output, self._reference)
         by_name = {source.name: numbers[:, place] for place, source in enumerate(self._sources)}
@@ -178,7 +178,8 @@ class Compensation:
                 by_name[name] = units.convert(truth, self._one.unit, name.removeprefix("reference_"))
             elif name == OUTPUT:
                 by_name[name] = units.convert(output, self._one.unit, self._with.unit or self._one.unit)
-        return np.stack([by_name[name] for name in self._with.model.inputs], axis=1), truth, output
+        nothing = np.zeros_like(output)
+        return np.stack([by_name.get(name, nothing) for name in self._with.model.inputs], axis=1), truth, output
 
     def _predicted(self, x: torch.Tensor) -> np.ndarray:
         if self._recording is None and len(x) > 1:

@@ -20,7 +20,7 @@ def raw_columns(model: Model, run: Run) -> Tensor:
     """
     missing = [name for name in model.inputs if name not in (*run.columns, OUTPUT)]
     if missing:
-        raise InputError(f"{run.name}: the model {type(model).__name__} needs the column {', '.join(missing)}; the file has {', '.join(run.columns)}")
+        raise InputError(f"{run.name}: the model needs the column {', '.join(missing)}; the file has {', '.join(run.columns)}")
     return run.select(model.inputs)
 
 

@@ -60,6 +60,7 @@ def test_it_is_ready_for_json_and_for_the_simulator(bench: Workbench, rivals: li
     assert json.loads(told["profile.legs"]) == record["profile"]["legs"]
     assert [sum(piece) for piece in json.loads(told["profile.rates"])] == pytest.approx([sum(piece) for piece in record["profile"]["rates"]])
     assert told["thermometers"] == "2"
+    assert told["effects"] == "[static_bias,shupe]"
     assert told["hidden"] == "fixture_rotation"
     fitted = fitted_parameters(next(one for one in rivals if "fixture_rotation" in one.names), "dph")["fixture_rotation"]
     values = {f"+parameters.fixture_rotation.{name}": entry["value"] for name, entry in fitted.items()}

@@ -6,7 +6,7 @@ import json
 import math
 import shlex
 from collections import Counter
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -14,8 +14,10 @@ import torch
 
 from zoo.diagnosis.experiment.family import Candidate
 from zoo.diagnosis.experiment.prediction import Predicted
-from zoo.effects.base import Parameter
+from zoo.diagnosis.experiment.simulable import simulable, simulated_values
+from zoo.effects.base import Effect
 from zoo.errors import InputError
+from zoo.simulator.settings import PLACES
 from zoo.units import UNITS, convert
 
 POINTS = 160
@@ -35,8 +37,9 @@ class Proposal:
         difference: (N,) of the two leading explanations that it tells apart [unit].
         compared: names of these two.
         alternatives: the next best runs and their evidence.
-        fitted: what the first of them comes to on the runs at hand, by parameter [output's unit].
-        model: effects of the model as it stands.
+        truth: what the first of them is; None where it is not one effect.
+        fitted: what that comes to on the runs at hand, by parameter [output's unit].
+        model: what all explanations share, by name.
         enough: whether the evidence is as much as was asked for.
     """
 
@@ -47,9 +50,10 @@ class Proposal:
     predicted: Predicted
     difference: torch.Tensor
     compared: tuple[str, str]
-    fitted: tuple[tuple[Parameter, float], ...]
+    truth: Effect | None
+    fitted: Mapping[str, float]
     alternatives: tuple[tuple[Candidate, float], ...]
-    model: tuple[str, ...]
+    model: Mapping[str, Effect]
     enough: bool
 
     def record(self) -> dict[str, Any]:
@@ -85,23 +89,27 @@ class Proposal:
             sentences.append(f"It does not tell {'; '.join(_not_told(self.remaining))}.")
         return " ".join(sentences)
 
-    def command(self) -> str:
-        """The run as a simulation, to try before the chamber is booked: of another gyro, whose hidden effect is that of the runs at hand."""
-        one, run = self.candidate, self.predicted.run
-        told = [f"effects=[{','.join(self.model)}]", f"hidden={self.compared[0]}", "runs=1", "profile=legs", f"profile.legs={_short(one.legs)}"]
-        told += [f"+parameters.{self.compared[0]}.{one.name}={self._in_dph(one, value):.6g}" for one, value in self.fitted if _is_rate(run.unit)]
+    def command(self) -> str | None:
+        """The run as a simulation, to try before the chamber is booked: of another gyro, whose hidden effect is that of the runs at hand.
+
+        Returns:
+            None where no simulated gyro can show that effect.
+        """
+        if self.truth is None or not simulable(self.truth) or (self.truth.needs_varied_reference and not _is_rate(self.predicted.run.unit)):
+            return None
+        one, run, hidden = self.candidate, self.predicted.run, self.compared[0]
+        model = ",".join(name for name, effect in self.model.items() if simulable(effect))
+        told = [f"effects=[{model}]", f"hidden={hidden}", "runs=1", "profile=legs", f"profile.legs={_short(one.legs)}"]
+        values = simulated_values(self.truth, self.fitted, run.unit) if _is_rate(run.unit) else {}
+        told += [f"+parameters.{hidden}.{name}={value:g}" for name, value in values.items()]
         turns = self._turned().get("rates")
         if turns:
             told.append(f"profile.rates={_short(turns)}")
         usual = float(run.table[0, -1])
         if usual and _is_rate(run.unit):
             told.append(f"reference_dph={convert(usual, run.unit, 'dph'):g}")
-        told += ["cold_start=true"] * (one.extra == "power_on") + [f"thermometers={len(run.thermometers)}"]
+        told += ["cold_start=true"] * (one.extra == "power_on") + [f"thermometers={min(len(run.thermometers), len(PLACES))}"]
         return shlex.join(["fogzoo", "simulate", *told])
-
-    def _in_dph(self, parameter: Parameter, value: float) -> float:
-        """A fitted value as the simulator takes it."""
-        return convert(value, self.predicted.run.unit, "dph") if "unit" in parameter.unit else value
 
     def _turned(self) -> dict[str, Any]:
         """What a rate table adds to the usual true input, as `profile.rates` takes it [°/s, s]; for an output that is no rate, the input itself."""

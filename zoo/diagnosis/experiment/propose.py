@@ -13,7 +13,6 @@ from zoo.diagnosis.experiment.prediction import Predicted, predicted
 from zoo.diagnosis.experiment.proposal import Proposal
 from zoo.diagnosis.experiment.refit import told_by_refit
 from zoo.diagnosis.workbench import Solved, Workbench
-from zoo.effects.base import Parameter
 from zoo.fitting.parameters import parameters_of
 
 ENOUGH = 10.0
@@ -165,6 +164,7 @@ def _proposal(old: Old, best: Weighed, weighed: Sequence[Weighed]) -> Proposal:
     evidence = min(best.worth[pair] for pair in told)
     others = sorted((one for one in weighed if one is not best), key=lambda one: (-round(one.sum_for(told), 1), -one.per_effort(told)))
     truth, other = told[0]
+    likeliest, true = old.rivals[0][0], old.rivals[truth][0]
     return Proposal(
         candidate=best.candidate,
         separates=tuple(names[place] for place in sorted({place for pair in told for place in pair})),
@@ -173,17 +173,14 @@ def _proposal(old: Old, best: Weighed, weighed: Sequence[Weighed]) -> Proposal:
         predicted=replace(best.predicted, run=best.predicted.run.to("cpu")),
         difference=difference(old, best.answers, truth, other).cpu(),
         compared=(names[truth], names[other]),
-        fitted=_fitted(old.rivals[truth][0], names[truth]),
+        truth=dict(true.model.named_effects()).get(names[truth]),
+        fitted=_fitted(true, names[truth]),
         alternatives=tuple((one.candidate, min(one.worth[pair] for pair in told)) for one in others[:ALTERNATIVES]),
-        model=tuple(name for name in old.rivals[0][0].names if name in old.common),
+        model={name: effect for name, effect in likeliest.model.named_effects() if name in old.common},
         enough=evidence >= ENOUGH,
     )
 
 
-def _fitted(rival: Solved, name: str) -> tuple[tuple[Parameter, float], ...]:
-    """What one effect comes to beside the others; whole numbers, which are of the runs at hand, left out; nothing where it is not one effect."""
-    effect = dict(rival.model.named_effects()).get(name)
-    if effect is None:
-        return ()
-    values = parameters_of(rival.model, rival.fit, "unit")[name]
-    return tuple((one, values[one.name]["value"]) for one in (*effect.shape, *effect.amplitudes) if one.scale != "index")
+def _fitted(rival: Solved, name: str) -> dict[str, float]:
+    """What one effect comes to beside the others, by parameter; nothing where it is not one effect."""
+    return {one: entry["value"] for one, entry in parameters_of(rival.model, rival.fit, "unit").get(name, {}).items()}
