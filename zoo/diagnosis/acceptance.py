@@ -38,10 +38,10 @@ def convinces(bench: Workbench, base: Solved, before: Solved, best: Trial, candi
     needed = ACCEPT + math.log(max(candidates, 1))
     if best.solved is None or not best.refitted or before.rms < QUIET * bench.mixtures.white:
         return False
-    if best.solved.rms >= before.rms and best.evidence < OVERWHELMING:  # beside much walk, what is fast may go while the RMS stays
-        return False
+    if best.solved.rms >= before.rms and best.evidence < OVERWHELMING and segment_cost(bench, best.solved) >= segment_cost(bench, before):
+        return False  # beside slow noise, what is fast may go while the RMS stays
     if best.evidence < needed:
-        return best.evidence > 0 and _saves(bench, base, before, best.solved)
+        return best.evidence > 0 and _saves(bench, base, before, best)
     if _mops_up(bench, base, before, best) and not stands_apart(bench, base, before, best.solved, best.evidence, needed):
         return False
     if _material(bench, before, best.solved) and segment_cost(bench, best.solved) < segment_cost(bench, before):
@@ -49,10 +49,12 @@ def convinces(bench: Workbench, base: Solved, before: Solved, best: Trial, candi
     return examine(bench, best.solved, base).is_noise
 
 
-def _saves(bench: Workbench, base: Solved, before: Solved, after: Solved) -> bool:
-    """Whether an addition makes noise of what was none, by taking most of it away."""
-    most = after.rms**2 < (1.0 - MOST) * before.rms**2
-    return most and examine(bench, after, base).is_noise and not examine(bench, before, base).is_noise
+def _saves(bench: Workbench, base: Solved, before: Solved, best: Trial) -> bool:
+    """Whether an addition leaves noise by taking most away, of what was none or, on strong evidence, might be a walk."""
+    assert best.solved is not None
+    if best.solved.rms**2 >= (1.0 - MOST) * before.rms**2 or not examine(bench, best.solved, base).is_noise:
+        return False
+    return best.evidence > ACCEPT or not examine(bench, before, base).is_noise
 
 
 def _material(bench: Workbench, before: Solved, after: Solved) -> bool:

@@ -12,7 +12,7 @@ from zoo.effects.base import Effect
 from zoo.effects.bounds import to_physical
 from zoo.side_by_side import side_by_side
 
-BENT = 1.2
+BENT = 1.02
 """RMS of a residual over the white noise above which the coil may have been bent to make up for something."""
 
 
