@@ -6,9 +6,11 @@ from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from hidden_effects.limits import calibration_by_chance, calibration_error, fitted, ideal_limit, quantile_interval, share_interval
+from hidden_effects.limits import calibration_by_chance, calibration_error, fitted, ideal, ideal_limit, quantile_interval, share_interval
 from hidden_effects.verdicts import Row, exact, hidden_names, right, stated
 
+DRAWS = 25
+"""How often an ideal detector judges the cases, each time in other noise."""
 HALF_OCTAVE = 2**0.5
 VISIBLE = "visible RMS"
 UNPREDICTABLE = {"chamber_cycling"}
@@ -128,18 +130,36 @@ def _parameters(rows: Rows) -> Iterator[Line]:
 
 
 def _limits(single: Rows) -> Iterator[Line]:
-    ratios = [one for one in ratios_by_effect(single).values() if one is not None]
+    ratios = _known(ratios_by_effect(single, right))
     yield quantile("amplitude found with 90 % over the ideal detector's, median over effects", "≤ 1.5", ratios, 0.5)
+    chance = np.random.default_rng(1)
+    drawn = [np.median(found) for _ in range(DRAWS) if (found := _known(ratios_by_effect(single, lambda row: _seen_by_chance(row, chance))))]
+    words = "the same if an ideal detector had judged these cases: what few of them make of 1"
+    yield Line(words, "", float(np.median(drawn)) if drawn else None, len(ratios), None, False)
 
 
-def ratios_by_effect(single: Rows) -> dict[str, float | None]:
-    """Size found with 90 %, in z, over what the ideal detector needs, by effect, from cases with one hidden; None where all are below that."""
+def _known(ratios: dict[str, float | None]) -> list[float]:
+    return [one for one in ratios.values() if one is not None]
+
+
+def _seen_by_chance(row: Row, chance: np.random.Generator) -> bool:
+    """Whether an ideal detector would find the one hidden effect, in noise that is drawn."""
+    return bool(chance.random() < ideal(row["hidden"][0]["z"], row["candidates_tried"]))
+
+
+def ratios_by_effect(single: Rows, hit: Callable[[Row], bool]) -> dict[str, float | None]:
+    """Size found with 90 %, in z, over what the ideal detector needs, by effect, from cases with one hidden; None where all are below that.
+
+    Args:
+        single: cases with one hidden effect.
+        hit: whether it was found.
+    """
     found: dict[str, float | None] = {}
     for name in sorted({hidden_names(row)[0] for row in single}):
         own = [row for row in single if hidden_names(row) == [name]]
         limit = ideal_limit(int(np.median([row["candidates_tried"] for row in own])))
         sizes = [row["hidden"][0]["z"] for row in own]
-        curve = fitted(sizes, [right(row) for row in own], limit) if max(sizes) >= limit else None
+        curve = fitted(sizes, [hit(row) for row in own], limit) if max(sizes) >= limit else None
         found[name] = curve.at / limit if curve else None
     return found
 

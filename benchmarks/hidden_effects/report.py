@@ -70,7 +70,7 @@ def _interval(line: Line) -> str:
 
 def _by_effect(single: Rows) -> Iterator[str]:
     yield EFFECT_HEAD
-    for name, ratio in ratios_by_effect(single).items():
+    for name, ratio in ratios_by_effect(single, right).items():
         own = [row for row in single if hidden_names(row) == [name]]
         hits, wrong = ([row["hidden"][0]["z"] for row in own if right(row) == one] for one in (True, False))
         ends = (f"{min(hits):.1f}" if hits else "–", f"{max(wrong):.1f}" if wrong else "–")
