@@ -97,8 +97,10 @@ COMP_LINE="fogzoo train model=po" COMP_CWORD=2; hydra_bash_completion; echo "${C
 @pytest.mark.slow
 @pytest.mark.skipif(shutil.which("bash") is None, reason="no bash")
 def test_bash_completes_what_is_typed(tmp_path: Path) -> None:
-    program = tmp_path / "fogzoo"
-    program.write_text(f"#!{sys.executable}\nfrom zoo.cli import main\nmain()\n")
+    source, program = tmp_path / "source" / "fogzoo", tmp_path / "fogzoo"
+    source.parent.mkdir()
+    source.write_text("from zoo.cli import main\nmain()\n")
+    program.write_text(f'#!/bin/sh\nexec "{sys.executable}" "{source}" "$@"\n')  # as pip does it where there are blanks in Python's path
     program.chmod(0o755)
     environment = os.environ | {"PATH": f"{tmp_path}{os.pathsep}{os.environ['PATH']}"}
     done = subprocess.run(["bash", "--norc", "-c", TYPED], capture_output=True, text=True, env=environment, check=True)
