@@ -19,14 +19,15 @@ MINOR = 0.15
 MATERIAL = 0.1
 """Share of the variance above the white noise that an addition must take away."""
 MOST = 0.5
-"""Share of the whole variance of what is no noise that an addition must take away to be believed on less evidence than noise asks for."""
+"""Share of the whole variance, of what is no noise or might be a walk, that an addition must take away to be believed on less evidence."""
 
 
 def convinces(bench: Workbench, base: Solved, before: Solved, best: Trial, candidates: int) -> bool:
     """Whether an addition is worth it: strong evidence, more than a correction, and a visible gain with lower error on pieces that were not fitted.
 
     Where it leaves noise, evidence is enough: what happens once in a run, such as a warm-up, no other piece of it predicts. The evidence is over a
-    noise that would do without it: where what was left is none, and is one with the addition, less will do.
+    noise that would do without it: where what was left is none, and is one with the addition, less will do; and where a walk would do, an addition
+    that takes most of it away need not outweigh the number of candidates.
 
     Args:
         bench: the runs.

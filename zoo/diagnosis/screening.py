@@ -38,7 +38,8 @@ class Screened:
 def screen(bench: Workbench, base: Solved, names: list[str]) -> list[Screened]:
     """Project the residual on each candidate's columns over its grid of shapes, under the noise that suits the model best.
 
-    Sharp ones are looked for at other coils as well; every effect that works there is, where the model leaves much: its coil may be bent.
+    Sharp ones are looked for at other coils as well; every effect that works there is, where the model leaves more than white noise: its coil may be
+    bent.
 
     Args:
         bench: the runs and effects.

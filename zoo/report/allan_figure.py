@@ -17,6 +17,7 @@ from zoo.report.trace import Trace
 from zoo.report.verdict import Record
 from zoo.report.wording import Scale, Sides, finite
 from zoo.scoring.allan import expected_allan_deviation, pooled_allan_deviation
+from zoo.units import convert
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -53,24 +54,24 @@ def allan_figure(fitted: list[Trace], noise: Record, longest: int, scale: Scale,
     step, factors = usual_step(fitted[0].time_s), [2**power for power in range(int(np.log2(longest / SHARE)) + 1)]
     drawn: list[np.ndarray] = []
 
-    def line(of: Callable[[Trace], np.ndarray | None], color: str, marker: str, label: str) -> np.ndarray:
+    def line(of: Callable[[Trace], np.ndarray | None], color: str, marker: str, label: str) -> torch.Tensor:
         parts = [torch.from_numpy(np.asarray(of(trace), dtype=float)[piece]) for trace in fitted for piece in pieces(trace.time_s)]
         tau, deviation = pooled_allan_deviation(parts, step, factors)
         drawn.append(scale.factor * deviation.numpy())
-        axes.plot(tau.numpy() / 60, drawn[-1], f"{marker}-", color=color, lw=1.6, ms=5, label=label)
-        return tau.numpy()
+        axes.plot(convert(tau.numpy(), "s", "min"), drawn[-1], f"{marker}-", color=color, lw=1.6, ms=5, label=label)
+        return tau
 
-    after = all(trace.residual_after is not None for trace in fitted)
     tau = line(lambda trace: trace.residual, MODEL, "o", sides.stands)
-    if after:
+    minutes = convert(tau.numpy(), "s", "min")
+    if all(trace.residual_after is not None for trace in fitted):
         line(lambda trace: trace.residual_after, REFINED, "D", sides.added)
     white, flicker, walk = (finite(noise.get(key)) or 0.0 for key in ("white", "flicker", "walk"))
     if white:
-        expected = scale.factor * expected_allan_deviation(torch.from_numpy(tau), step, white, flicker, walk).numpy()
+        expected = scale.factor * expected_allan_deviation(tau, step, white, flicker, walk).numpy()
         drawn.append(expected)
-        axes.plot(tau / 60, expected, color=FLOOR, lw=5, alpha=0.3, label="noise" if flicker or walk else "white noise", zorder=1)
+        axes.plot(minutes, expected, color=FLOOR, lw=5, alpha=0.3, label="noise" if flicker or walk else "white noise", zorder=1)
     scaled(axes.yaxis, [float(value) for values in drawn for value in values if np.isfinite(value)])
-    scaled(axes.xaxis, [float(value) for value in tau / 60])
+    scaled(axes.xaxis, minutes.tolist())
     axes.set_xlabel("Averaging time [min]")
     axes.legend(loc="lower right", bbox_to_anchor=(1, 1.0), borderpad=0.9, ncols=3, handlelength=1.6)
     return figure

@@ -6,16 +6,17 @@ import math
 
 from zoo.report.verdict import Record
 from zoo.report.wording import Scale, finite, fixed, significant
+from zoo.units import convert
 
 
 def sampled_facts(diagnosis: Record, scale: Scale) -> list[tuple[str, str]]:
     """Label and text: blocks, how many independent ones they are worth, and the noise.
 
+    The white noise is given as the angle random walk N as well, σ = N/√τ, which no longer depends on the blocks' length τ.
+
     Args:
         diagnosis: its `noise` has the white RMS of a block, the bias instability B [unit] and the random walk K [unit/√h].
         scale: how values are written.
-
-    The white noise is given as the angle random walk N as well, σ = N/√τ, which no longer depends on the blocks' length τ.
     """
     noise = _noise(diagnosis.get("noise"), scale)
     counted = "; what is unexplained is counted as noise here" if noise and diagnosis.get("verdict") == "unknown" else ""
@@ -36,7 +37,8 @@ def _angle_random_walk(diagnosis: Record, scale: Scale) -> str:
     if not white or not block:
         return ""
     unit = scale.label.replace("/h", "/√h") if scale.label.endswith("/h") else f"{scale.label}·√h"
-    return f"N {significant(white * math.sqrt(block / 3600.0) * scale.factor, 2)} {unit}"
+    walk = white * math.sqrt(convert(block, "s", "h")) * scale.factor
+    return f"N {significant(walk, 2)} {unit}"
 
 
 def _blocks(diagnosis: Record) -> str:
