@@ -41,7 +41,7 @@ def indistinguishable(bench: Workbench, more: Solved, name: str, candidates: lis
     energy = float(signal.square().sum())
     if energy < INDISTINGUISHABLE:
         return []
-    beside = Beside(more.design, more.design.histories(more.fit.theta), basis, signal, bench.whitener, bench.span_s)
+    beside = Beside(more.design, more.design.places(more.fit.theta), basis, signal, bench.whitener, bench.span_s)
     allowed = max(INDISTINGUISHABLE, MODEL_ERROR * energy)
     others = [other for other in candidates if other not in more.names]
     return [other for other in others if _left(bench, beside, other) < allowed]

@@ -92,7 +92,7 @@ class Elsewhere:
         def one(given: tuple[Tensor, Tensor]) -> Coil:
             basis = orthonormal(given[1])
             residual = complement(self.design.target.unsqueeze(-1), basis).squeeze(-1)
-            return Coil(given[0], basis, residual, self.design.histories(given[0]))
+            return Coil(given[0], basis, residual, self.design.places(given[0]))
 
         return [one(given) for given in zip(places, self.design.columns(places), strict=True)]
 

@@ -8,7 +8,7 @@ from zoo.diagnosis.forms import EVEN, EVEN_BY_TEMPERATURE, POLYNOMIALS, REMEMBER
 from zoo.diagnosis.free_functions import Axis, FreeFunction, functions_of, weigh
 from zoo.diagnosis.parameters import fitted_parameters
 from zoo.diagnosis.quantities import CLOCK, RATE, Quantity
-from zoo.diagnosis.screening import Screened, screen
+from zoo.diagnosis.screening import Here, Screened
 from zoo.diagnosis.workbench import Solved, Workbench
 from zoo.effects.base import Effect
 from zoo.fitting.parameters import Fitted
@@ -86,8 +86,10 @@ class FormBench:
         effects = [form.of(axis.of, (axis.low, axis.high)) for axis, form in given]
         self.bench.effects.update({effect.name: effect for effect in effects})
 
+        here = Here(self.bench, self.at)
+
         def glance(effect: Effect) -> tuple[Screened, Fit, float]:
-            screened = screen(self.bench, self.at, [effect.name])[0]
+            screened = here.screened(effect.name)
             solved = self.bench.peek(self.at, effect.name, screened.shape)
             return screened, solved.fit, self.bench.evidence(self.base, solved)
 

@@ -110,6 +110,7 @@ class Form:
         declared: dict[str, Any] = {
             "name": f"{quantity.key}_{self.columns.__name__}_{len(self.amplitudes)}",
             "place": quantity.place,
+            "runs_together": True,
             "needs": quantity.needs,
             "shape": self.shape,
             "amplitudes": tuple(Parameter(name, 0.0, unit.replace("x", quantity.unit), -1.0, 1.0, source=PRIOR) for name, unit in self.amplitudes),

@@ -26,6 +26,7 @@ class Screened:
         gain: drop of χ² that its columns give, with everything the model can absorb to first order taken out of them.
         freedom: parameters it would add.
         start: θ (P+S,) of the model with it where that explains more at another coil; None at the model's own.
+        looked: θ (P+S,) at the best of other coils, whether it explains more there or not; None where nobody looked.
     """
 
     name: str
@@ -33,6 +34,7 @@ class Screened:
     gain: float
     freedom: int
     start: Tensor | None = None
+    looked: Tensor | None = None
 
 
 def screen(bench: Workbench, base: Solved, names: list[str]) -> list[Screened]:
@@ -49,24 +51,35 @@ def screen(bench: Workbench, base: Solved, names: list[str]) -> list[Screened]:
     Returns:
         Candidates, largest gain first.
     """
-    noise, whitener = base.likely.noise, base.mixtures.whitener(base.likely.place)[1]
-    beside = Beside.under(base.design, base.fit.theta, base.fit.plain, whitener, bench.span_s)
-    total, level = float(beside.residual.square().sum()), (noise.white / base.mixtures.white) ** 2
-
-    def here(name: str) -> Screened:
-        effect = bench.effects[name]
-        cost, shape = beside.searched(effect, bench.shapes(name))
-        return Screened(name, shape, (total - cost) / level, len(effect.amplitudes) + len(effect.shape))
+    here = Here(bench, base)
 
     def far(effect: Effect) -> bool:
         return effect.sharp or (effect.place == "coil" and base.rms > BENT * bench.mixtures.white)
 
     def anywhere(name: str) -> Screened:
-        return _elsewhere(bench, base, here(name), total) if far(bench.effects[name]) else here(name)
+        return _elsewhere(bench, base, here.screened(name), here.total) if far(bench.effects[name]) else here.screened(name)
 
     longest_first = sorted(names, key=lambda name: -len(bench.shapes(name)) * len(bench.effects[name].amplitudes))
     found = side_by_side(anywhere, longest_first)
     return sorted(found, key=lambda candidate: (-candidate.gain, names.index(candidate.name)))
+
+
+class Here:
+    """What candidates could explain at a model's own coil, under the noise that suits the model best; it leaves `total`."""
+
+    def __init__(self, bench: Workbench, base: Solved) -> None:
+        """Keep what all of them are tried beside."""
+        noise, whitener = base.likely.noise, base.mixtures.whitener(base.likely.place)[1]
+        self._bench = bench
+        self._beside = Beside.under(base.design, base.fit.theta, base.fit.plain, whitener, bench.span_s)
+        self._level = (noise.white / base.mixtures.white) ** 2
+        self.total = float(self._beside.residual.square().sum())
+
+    def screened(self, name: str) -> Screened:
+        """The best of a candidate's shapes."""
+        effect = self._bench.effects[name]
+        cost, shape = self._beside.searched(effect, self._bench.shapes(name))
+        return Screened(name, shape, (self.total - cost) / self._level, len(effect.amplitudes) + len(effect.shape))
 
 
 def _elsewhere(bench: Workbench, base: Solved, here: Screened, total: float) -> Screened:
@@ -80,4 +93,4 @@ def _elsewhere(bench: Workbench, base: Solved, here: Screened, total: float) -> 
     shape, coil = to_physical(start[own:], effect.shape), start[:own]
     beside = Beside.under(base.design, coil, base.design.plain_columns(coil.unsqueeze(0)).squeeze(0), whitener, bench.span_s)
     gain = (total - beside.best(effect, shape.unsqueeze(0))[0]) * (base.mixtures.white / noise.white) ** 2
-    return here if gain <= here.gain else replace(here, gain=gain, shape=shape, start=start)
+    return replace(here, looked=start) if gain <= here.gain else replace(here, gain=gain, shape=shape, start=start, looked=start)

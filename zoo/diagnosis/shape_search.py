@@ -39,13 +39,13 @@ class Beside:
     def whitened(cls, design: Design, theta: Tensor, columns: Tensor, span_s: float) -> Beside:
         """Beside some columns (N, K) that the design whitened, at one θ (P,)."""
         basis = orthonormal(columns)
-        return cls(design, design.histories(theta), basis, complement(design.target.unsqueeze(-1), basis).squeeze(-1), design.whitener, span_s)
+        return cls(design, design.places(theta), basis, complement(design.target.unsqueeze(-1), basis).squeeze(-1), design.whitener, span_s)
 
     @classmethod
     def under(cls, design: Design, theta: Tensor, columns: Tensor, whitener: Whitener, span_s: float) -> Beside:
         """Beside some columns (N, K), not whitened yet, under another noise."""
         basis, target = orthonormal(whitener(columns)), whitener(design.error.unsqueeze(-1))
-        return cls(design, design.histories(theta), basis, complement(target, basis).squeeze(-1), whitener, span_s)
+        return cls(design, design.places(theta), basis, complement(target, basis).squeeze(-1), whitener, span_s)
 
     def best(self, effect: Effect, shapes: Tensor) -> tuple[float, Tensor]:
         """χ² that the best of some shapes (G, S) leaves, and that shape (S,)."""

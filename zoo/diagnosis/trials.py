@@ -81,7 +81,7 @@ def refit(bench: Workbench, before: Solved, trials: list[Trial], progress: Calla
 
     def one(ranked: tuple[int, Trial]) -> Fit:
         rank, guess = ranked[0], ranked[1].screened
-        return bench.extended(before, guess.name, guess.shape, rank < far, guess.start)
+        return bench.extended(before, guess.name, guess.shape, rank < far, guess.start, guess.looked)
 
     if trials:
         progress(f"{' + '.join(before.names)} + {' or '.join(trial.screened.name for trial in trials)}?")

@@ -243,12 +243,15 @@ class Workbench:
         """
         return self.taken((*base.names, name), self.extended(base, name, shape, far, start), base.likely.place)
 
-    def extended(self, base: Solved, name: str, shape: Tensor, far: bool = True, start: Tensor | None = None) -> Fit:
-        """The same without anything being kept of it, see `fitted`."""
+    def extended(
+        self, base: Solved, name: str, shape: Tensor, far: bool = True, start: Tensor | None = None, looked: Tensor | None = None
+    ) -> Fit:
+        """The same without anything being kept of it, see `fitted`; `looked` is θ (P+S,) elsewhere, where all shapes were tried there already."""
         near = torch.cat([base.fit.theta, to_unit(shape, self.effects[name].shape).to(base.fit.theta)])
         if start is None:
-            shapes = self.shapes(name) if far and base.rms > FAR * self.mixtures.white else shape.unsqueeze(0)
-            start = base.elsewhere.look(self.effects[name], shapes, self.span_s)
+            widely = far and base.rms > FAR * self.mixtures.white
+            shapes = self.shapes(name) if widely else shape.unsqueeze(0)
+            start = looked if widely and looked is not None else base.elsewhere.look(self.effects[name], shapes, self.span_s)
         return self.fitted((*base.names, name), [near, start], COARSE)
 
     def finish(self, solved: Solved, added: tuple[str, ...] = ()) -> Solved:

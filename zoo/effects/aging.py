@@ -17,6 +17,7 @@ class Aging(Effect):
     """
 
     name = "aging"
+    runs_together = True
     place = "housing"
     shape = (Parameter("time", 100.0, "h", 1.0, 1000.0, "log", source="prior: hours to months", meaning="where the drift starts to slow down"),)
     amplitudes = (Parameter("drift", 0.0, "unit", -10.0, 10.0, source="prior: 1e-3–1e-2 °/h/month, more when new", meaning="after 10 h"),)

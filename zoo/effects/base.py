@@ -72,6 +72,9 @@ class History:
         reference: (T,) true input [output's unit].
         inputs: other recorded columns by name, such as ``"supply_v"``, each (T,).
         run: number of the run, counted from 1.
+
+    Runs that were recorded at the same times may come together to an effect that says so (`Effect.runs_together`), along a leading axis: then
+    everything is (R, ..., T) but the time, and the run's number is (R, 1, 1).
     """
 
     time: Tensor
@@ -81,11 +84,11 @@ class History:
     thermometer: Tensor
     reference: Tensor
     inputs: dict[str, Tensor] = field(default_factory=dict)
-    run: int = 1
+    run: int | Tensor = 1
 
     def take(self, index: Tensor) -> History:
-        """The histories of a batch at the given places of its leading axis: index (B,) -> batch of B."""
-        return replace(self, temperature=self.temperature[index], rate=self.rate[index], gradient=self.gradient[index])
+        """The histories of a batch at the given places of its last axis before time: index (B,) -> batch of B."""
+        return replace(self, temperature=self.temperature[..., index, :], rate=self.rate[..., index, :], gradient=self.gradient[..., index, :])
 
 
 class Effect(nn.Module):
@@ -100,6 +103,7 @@ class Effect(nn.Module):
         amplitudes: the parameters in which the error is linear, one a column.
         needs: recorded columns without which the effect cannot be computed.
         sharp: whether its columns change much within a few kelvins, without memory, so that a search has to look closely for where the place is.
+        runs_together: whether its columns are right for several runs at once, along a leading axis of everything but the time; faster than one by one.
         needs_varied_reference: whether the effect cannot be told from a bias where the true input is always the same.
         formula: plain-text formula.
         source: where it comes from.
@@ -113,6 +117,7 @@ class Effect(nn.Module):
     amplitudes: ClassVar[tuple[Parameter, ...]]
     needs: ClassVar[tuple[str, ...]] = ()
     sharp: ClassVar[bool] = False
+    runs_together: ClassVar[bool] = False
     needs_varied_reference: ClassVar[bool] = False
     formula: ClassVar[str] = ""
     source: ClassVar[str] = ""

@@ -16,6 +16,7 @@ class DeadBand(Effect):
     """
 
     name = "dead_band"
+    runs_together = True
     place = "housing"
     needs_varied_reference = True
     shape = (

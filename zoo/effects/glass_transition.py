@@ -16,6 +16,7 @@ class GlassTransition(Effect):
     """
 
     name = "glass_transition"
+    runs_together = True
     shape = (
         Parameter("transition", 10.0, "°C", -60.0, 80.0, source="pottings: silicones below, epoxies and acrylates within", meaning="T_g", grid=12),
         Parameter("width", 8.0, "K", 3.0, 20.0, "log", source="prior: 5–15 K", meaning="w of the transition", grid=3),

@@ -21,6 +21,7 @@ class Hysteresis(Effect):
     """
 
     name = "hysteresis"
+    runs_together = True
     shape = (
         Parameter("width", 6.0, "K", 0.5, 20.0, "log", source="prior: radii 2–20 K", meaning="r, half-width of the loop in temperature", grid=5),
         Parameter("centre", 20.0, "°C", -40.0, 80.0, source="middle of the operating range", meaning="temperature where the loop is widest", grid=4),
@@ -55,9 +56,9 @@ def play(temperature: Tensor, width: Tensor) -> Tensor:
     Returns:
         (..., T) [°C].
     """
-    if temperature.dim() == 1 and width.dim() == 2:  # in a grid of shapes, many have one width
+    if width.dim() == 2 and (temperature.dim() == 1 or temperature.shape[-2] == 1):  # in a grid of shapes, many have one width
         few, which = torch.unique(width, return_inverse=True)
-        return _play(temperature, few.unsqueeze(-1))[which.squeeze(-1)]
+        return _play(temperature, few.unsqueeze(-1)).index_select(-2, which.squeeze(-1))
     return _play(temperature, width)
 
 

@@ -17,6 +17,7 @@ class Magnetic(Effect):
     """
 
     name = "magnetic"
+    runs_together = True
     needs = ("field_ut",)
     amplitudes = (
         Parameter("sensitivity", 0.0, "unit/µT", -1.0, 1.0, source="prior: 0.02–0.5 °/h/G medium (1 G = 100 µT)", meaning="m0 at 20 °C"),

@@ -18,6 +18,7 @@ class Misalignment(Effect):
     """
 
     name = "misalignment"
+    runs_together = True
     place = "housing"
     needs_varied_reference = True
     amplitudes = (

@@ -15,6 +15,7 @@ class Mohr(Effect):
     """
 
     name = "mohr"
+    runs_together = True
     amplitudes = (Parameter("coefficient", 0.0, "unit/(K/min)", -10.0, 10.0, source="prior: 0.02–0.3 medium, 0.1–2 tactical", meaning="C_M"),)
     formula = "C_M·dT/dt"
     source = "Mohr 1996, J. Lightwave Technol."

@@ -19,6 +19,7 @@ class Moisture(Effect):
     """
 
     name = "moisture"
+    runs_together = True
     shape = (
         Parameter("time", 15.0, "h", 3.0, 50.0, "log", source="prior: 3–50 h", meaning="τ20 at 20 °C", grid=6),
         Parameter("energy", 45.0, "kJ/mol", 20.0, 90.0, source="prior: 30–60 kJ/mol, water in epoxies and acrylates", meaning="E", grid=4),

@@ -18,6 +18,7 @@ class RateTemperatureCoupling(Effect):
     """
 
     name = "rate_temperature_coupling"
+    runs_together = True
     amplitudes = (
         Parameter("slope", 0.0, "unit/(K/min)/K", -1.0, 1.0, source="prior: 0.2–1 %/K of C_M", meaning="dC_M/dT"),
         Parameter("curvature", 0.0, "unit/(K/min)/K^2", -0.1, 0.1, source="prior: n_T quadratic in T", meaning="½ d²C_M/dT²"),

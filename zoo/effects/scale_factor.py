@@ -20,6 +20,7 @@ class ScaleFactor(Effect):
     """
 
     name = "scale_factor"
+    runs_together = True
     place = "housing"
     needs_varied_reference = True
     amplitudes = (

@@ -18,6 +18,7 @@ class ScaleFactorNonlinearity(Effect):
     """
 
     name = "scale_factor_nonlinearity"
+    runs_together = True
     place = "housing"
     needs_varied_reference = True
     amplitudes = (

@@ -16,6 +16,7 @@ class SensorLag(Effect):
     """
 
     name = "sensor_lag"
+    runs_together = True
     place = "coil"
     shape = (
         Parameter(

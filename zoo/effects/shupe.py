@@ -17,6 +17,7 @@ class Shupe(Effect):
     """
 
     name = "shupe"
+    runs_together = True
     shape = (
         Parameter("diffusion_time", 60.0, "s", 5.0, 1200.0, "log", source="prior: d²/(π²a), 30 s to 470 s", meaning="diffusion across the winding"),
     )

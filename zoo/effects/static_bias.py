@@ -17,6 +17,7 @@ class StaticBias(Effect):
     """
 
     name = "static_bias"
+    runs_together = True
     amplitudes = (
         Parameter("offset", 0.0, "unit", -1e3, 1e3, source="engineering prior", meaning="bias at 20 °C"),
         Parameter("slope", 0.0, "unit/K", -10.0, 10.0, source="prior: 0.5–5e-3 °/h/K (medium)", meaning="temperature coefficient"),

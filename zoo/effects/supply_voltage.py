@@ -13,6 +13,7 @@ class SupplyVoltage(Effect):
     """Error p·(V − 5 V): loop gain, reset height and optical power follow the supply (prior: 0.001–0.02 °/h per per cent)."""
 
     name = "supply_voltage"
+    runs_together = True
     place = "housing"
     needs = ("supply_v",)
     amplitudes = (Parameter("sensitivity", 0.0, "unit/V", -100.0, 100.0, source="0.001–0.02 °/h/%, prior", meaning="per volt"),)

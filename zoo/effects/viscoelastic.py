@@ -22,6 +22,7 @@ class Viscoelastic(Effect):
     """
 
     name = "viscoelastic"
+    runs_together = True
     shape = (
         Parameter("time", 2.0, "h", 0.2, 10.0, "log", source="prior: 0.3–5 h", meaning="τ at 20 °C", grid=6),
         Parameter("shift", 3.0, "1/(100 K)", 0.0, 8.0, source="Trufanov, PMC12846046: a coating's tangent is 4 at 20 °C", meaning="decades", grid=4),

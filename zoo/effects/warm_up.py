@@ -15,6 +15,7 @@ class WarmUp(Effect):
     """
 
     name = "warm_up"
+    runs_together = True
     place = "housing"
     shape = (Parameter("time", 1200.0, "s", 60.0, 7200.0, "log", source="prior: τ1 1–3 min, τ2 10–40 min", meaning="e-folding time"),)
     amplitudes = (Parameter("amplitude", 0.0, "unit", -10.0, 10.0, source="prior: 0.02–0.3 medium, 0.3–3 tactical", meaning="at power-on"),)

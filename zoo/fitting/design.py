@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import replace
-from functools import cached_property
+from functools import cached_property, partial
 
 import torch
 from torch import Tensor
@@ -13,12 +12,15 @@ from zoo.effects.base import Effect, History, spread
 from zoo.effects.bounds import to_physical, to_unit
 from zoo.fitting.prior import Prior
 from zoo.fitting.projection import project
+from zoo.fitting.stack import Stack, stacked
 from zoo.measurements.run import Run
 from zoo.models.graybox import GrayBox
 from zoo.models.places import first_rates
 from zoo.scoring.noise import Whitener
 
 CHUNK_ELEMENTS = 2_000_000
+Places = list[dict[str, History]]
+"""What every place of each stack has been through."""
 IN_TIME, OF_SHAPES = 0, 1
 """Axes of columns whose time goes first."""
 COIL_TRIALS = 4
@@ -47,10 +49,9 @@ class Design:
         """
         self.model, self.runs, self.whitener = model.to(runs[0].table.device), runs, whitener
         self.numbers = numbers or list(range(1, len(runs) + 1))
-        self.raw = [run.select(model.inputs) for run in runs]
+        self.stacks = stacked(runs, self.numbers, self.model)
         self.error = torch.cat([run.block_mean(run.error) for run in runs])
         self.target = whitener(self.error.unsqueeze(-1)).squeeze(-1)
-        self._housings: dict[int, History] = {}
 
     @cached_property
     def prior(self) -> Prior:
@@ -67,22 +68,21 @@ class Design:
 
     def plain_columns(self, theta: Tensor) -> Tensor:
         """(B, P) in 0…1 -> block means of the columns (B, N, K) [unit per amplitude]."""
-        length = max(raw.shape[0] for raw in self.raw)
+        samples = max(stack.samples for stack in self.stacks)
         width = sum(len(effect.amplitudes) for _, effect in self.model.named_effects())
-        size = max(1, CHUNK_ELEMENTS // (length * max(width, 1)))
+        size = max(1, CHUNK_ELEMENTS // (samples * max(width, 1)))
         return torch.cat([self._some(part) for part in theta.split(size)])
 
     @torch.no_grad()
     def _some(self, theta: Tensor) -> Tensor:
         physical = to_physical(theta, [p for _, p in self.model.parameters_of_theta()])
-        parts = [self._of_run(i, physical) for i in range(len(self.runs))]
-        return torch.cat(parts, dim=-2)
+        return torch.cat([self._of_stack(stack, physical) for stack in self.stacks], dim=-2)
 
-    def _of_run(self, i: int, physical: Tensor) -> Tensor:
-        """Block means of one run; what several θ share (a Jacobian's steps mostly do) is computed once."""
+    def _of_stack(self, stack: Stack, physical: Tensor) -> Tensor:
+        """Block means of some runs; what several θ share (a Jacobian's steps mostly do) is computed once."""
         at = len(self.model.coil_parameters)
         coil, coil_index = torch.unique(physical[:, :at], dim=0, return_inverse=True)
-        places = self._places(i, coil)
+        places = stack.places(coil)
         parts = []
         for _, effect in self.model.named_effects():
             shape = physical[:, at : at + len(effect.shape)]
@@ -91,41 +91,34 @@ class Design:
             rows, index = torch.unique(torch.cat([where.unsqueeze(1).to(shape), shape], dim=1), dim=0, return_inverse=True)
             place = places[effect.place]
             history = place.take(rows[:, 0].long()) if effect.place == "coil" else place
-            columns = spread(effect.columns(history, rows[:, 1:]), rows)
-            parts.append(self.runs[i].block_mean_columns(columns)[index])
+            parts.append(stack.block_means(effect, history, partial(_columns, effect, rows[:, 1:]), len(rows))[index])
         return torch.cat(parts, dim=-1)
 
-    def effect_columns_at_means(self, effect: Effect, places: list[dict[str, History]], shapes: Tensor) -> Tensor:
+    def effect_columns_at_means(self, effect: Effect, places: Places, shapes: Tensor) -> Tensor:
         """The same for an effect without memory at the means of each block in single precision: faster, for short fringes not quite as good."""
         shapes = shapes.to(self.error.device, torch.float32)
-        here = [_means(run, place[effect.place]) for run, place in zip(self.runs, places, strict=True)]
-        return self.whitener(_joined([spread(effect.distinct_columns(means, shapes, shapes), shapes) for means in here], IN_TIME))
+        here = [means for stack, place in zip(self.stacks, places, strict=True) for means in stack.means(effect, place[effect.place])]
+        return self.whitener(_joined([_distinct(effect, shapes, shapes, means) for means in here], IN_TIME))
 
     def histories(self, theta: Tensor) -> list[dict[str, History]]:
         """The places' histories of each run at one θ (P,)."""
+        stacks = [{name: stack.apart(history) for name, history in place.items()} for stack, place in zip(self.stacks, self.places(theta), strict=True)]
+        return [dict(zip(stack, of_run, strict=True)) for stack in stacks for of_run in zip(*stack.values(), strict=True)]
+
+    def places(self, theta: Tensor) -> Places:
+        """The same as `effect_columns` takes them."""
         parameters = [p for _, p in self.model.parameters_of_theta()]
         coil = to_physical(theta, parameters)[: len(self.model.coil_parameters)]
-        return [self._places(i, coil) for i in range(len(self.runs))]
-
-    def _places(self, i: int, coil: Tensor) -> dict[str, History]:
-        """The places' histories of one run; the housing's, which no parameter changes, is computed once."""
-        places = self.model.histories(self.raw[i], coil, self.numbers[i], self._housings.get(i))
-        self._housings[i] = places["housing"]
-        return places
+        return [stack.places(coil) for stack in self.stacks]
 
     def effect_columns(
-        self,
-        effect: Effect,
-        places: list[dict[str, History]],
-        shapes: Tensor,
-        whitener: Callable[[Tensor], Tensor] | None = None,
-        distinct: bool = False,
+        self, effect: Effect, places: Places, shapes: Tensor, whitener: Callable[[Tensor], Tensor] | None = None, distinct: bool = False
     ) -> Tensor:
         """Columns of one effect for many shapes at fixed histories.
 
         Args:
             effect: which.
-            places: histories of each run.
+            places: see there.
             shapes: (G, S) physical.
             whitener: by default the design's.
             distinct: whether columns that repeat another are left out, see `Effect.distinct_columns`.
@@ -133,32 +126,27 @@ class Design:
         Returns:
             (G, N, K), where distinct fewer.
         """
-        length = max(raw.shape[0] for raw in self.raw)
-        size = max(1, CHUNK_ELEMENTS // (length * len(effect.amplitudes)))
+        size = max(1, CHUNK_ELEMENTS // (max(stack.samples for stack in self.stacks) * len(effect.amplitudes)))
         shapes = shapes.to(self.error.device)
         found = []
         for part in shapes.split(size):
-            blocks = []
-            for run, place in zip(self.runs, places, strict=True):
-                here = place[effect.place]
-                columns = effect.distinct_columns(here, part, shapes) if distinct else effect.columns(here, part)
-                blocks.append(run.block_mean_columns(spread(columns, part)))
-            found.append((whitener or self.whitener)(_joined(blocks, IN_TIME)))
+            columns = partial(_distinct, effect, part, shapes) if distinct else partial(_columns, effect, part)
+            means = [stack.block_means(effect, place[effect.place], columns, len(part)) for stack, place in zip(self.stacks, places, strict=True)]
+            found.append((whitener or self.whitener)(_joined(means, IN_TIME)))
         return _joined(found, OF_SHAPES)
 
 
-def _means(run: Run, here: History) -> History:
-    """The block means of everything that a place's history has, in single precision."""
-    of_place = ("time", "temperature", "rate", "gradient", "thermometer", "reference")
-    values = [getattr(here, name) for name in of_place] + list(here.inputs.values())
-    means = run.block_mean_columns(torch.stack(values, dim=-1)).float().mT
-    inputs = dict(zip(here.inputs, means[len(of_place) :], strict=True))
-    return replace(here, **dict(zip(of_place, means, strict=False)), inputs=inputs)
+def _columns(effect: Effect, shapes: Tensor, history: History) -> Tensor:
+    return spread(effect.columns(history, shapes), shapes)
+
+
+def _distinct(effect: Effect, shapes: Tensor, tried: Tensor, history: History) -> Tensor:
+    return spread(effect.distinct_columns(history, shapes, tried), shapes)
 
 
 def _joined(parts: list[Tensor], along: int) -> Tensor:
     """Some (..., N, K) one after the other along an axis, time first in memory, as block means come and whiteners go through it."""
-    return torch.cat([part.movedim(-2, 0) for part in parts], dim=along).movedim(0, -2)
+    return parts[0] if len(parts) == 1 else torch.cat([part.movedim(-2, 0) for part in parts], dim=along).movedim(0, -2)
 
 
 def close_starts(design: Design, around: Tensor) -> Tensor:

@@ -103,11 +103,11 @@ class Run:
     def block_mean_columns(self, value: Tensor) -> Tensor:
         """The same for columns: (..., T, K) -> (..., N, K)."""
         wide = value.movedim(-2, 0)
-        means = torch.sparse.mm(self._averager.to(value.dtype), wide.reshape(wide.shape[0], -1))
+        means = torch.sparse.mm(self.averager.to(value.dtype), wide.reshape(wide.shape[0], -1))
         return means.reshape(self.blocks, *wide.shape[1:]).movedim(0, -2)
 
     @cached_property
-    def _averager(self) -> Tensor:
+    def averager(self) -> Tensor:
         """(N, T) sparse: the share of each fine sample in its block."""
         keep = torch.nonzero(self.block >= 0).squeeze(-1)
         index, weight = self.block[keep], self.count[keep].to(self.table.dtype)

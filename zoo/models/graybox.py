@@ -74,14 +74,22 @@ class GrayBox(Model):
             effect.amplitude.copy_(amplitudes[column : column + len(effect.amplitudes)])
             at, column = at + len(effect.shape), column + len(effect.amplitudes)
 
-    def histories(self, x: Tensor, coil_value: Tensor, run: int = UNSEEN, housing: History | None = None) -> dict[str, History]:
-        """The history at each place, from raw columns (T, C) and the coil's parameters (..., P); that of the housing may be known already."""
+    def histories(self, x: Tensor, coil_value: Tensor, run: int | Tensor = UNSEEN, housing: History | None = None) -> dict[str, History]:
+        """The history at each place.
+
+        Args:
+            x: (T, C) raw columns, or (R, 1, T, C) of several runs recorded at the same times.
+            coil_value: (..., P) the coil's parameters.
+            run: its number, or theirs (R, 1, 1).
+            housing: of the housing, where it is known already.
+        """
         asked = {column for _, effect in self.named_effects() for column in effect.needs}
         apart = {self.inputs[0], self.inputs[-1], *self.thermometers} - asked
-        table = {name: x[:, i] for i, name in enumerate(self.inputs) if name not in apart}
-        table["reference"] = x[:, -1]
-        thermometers = torch.stack([x[:, self.inputs.index(name)] for name in self.thermometers], dim=-1)
-        return histories(x[:, 0], table, thermometers, coil_value, run, self.in_motion, housing)
+        table = {name: x[..., i] for i, name in enumerate(self.inputs) if name not in apart}
+        table["reference"] = x[..., -1]
+        thermometers = torch.stack([x[..., self.inputs.index(name)] for name in self.thermometers], dim=-1)
+        time = x[:, 0] if x.dim() == 2 else x[0, 0, :, 0]
+        return histories(time, table, thermometers, coil_value, run, self.in_motion, housing)
 
     def columns(self, x: Tensor, theta: Tensor, run: int = UNSEEN) -> Tensor:
         """Columns of all effects for a batch of θ.

@@ -98,27 +98,28 @@ def coil(time: Tensor, thermometers: Tensor, theta: Tensor, in_motion: bool = Fa
 
     Args:
         time: (T,) from 0 [s].
-        thermometers: (T, M) [°C].
+        thermometers: (T, M), or (R, 1, T, M) of several runs [°C].
         theta: (..., P) physical values of `coil_parameters`.
-        in_motion: as given to `coil_parameters`.
+        in_motion: as given to `coil_parameters`; not for several runs.
 
     Returns:
         temperature (..., T) [°C], rate (..., T) [K/min], gradient (..., T) [K].
     """
-    main, lag = thermometers[:, 0], theta[..., 0]
-    before = _kept(time, first_rates(time, thermometers)) * theta[..., -1:] if in_motion else torch.zeros_like(thermometers[0])
-    if thermometers.shape[1] > 1:
-        weights = theta[..., 1 : thermometers.shape[1]]
-        drive = main + weights @ (thermometers[:, 1:] - main.unsqueeze(1)).mT
+    main, lag = thermometers[..., 0], theta[..., 0]
+    before = _kept(time, first_rates(time, thermometers)) * theta[..., -1:] if in_motion else torch.zeros_like(thermometers[..., 0, :])
+    if thermometers.shape[-1] > 1:
+        weights, drive = theta[..., 1 : thermometers.shape[-1]], main
+        for j in range(weights.shape[-1]):
+            drive = drive + weights[..., j : j + 1] * (thermometers[..., j + 1] - main)
         slope = before[..., 0] + (weights * (before[..., 1:] - before[..., :1])).sum(dim=-1)
         temperature = lagged(time, drive, lag, drive[..., 0] - lag * slope)
         rate = (drive - temperature) / lag.unsqueeze(-1) * SECONDS_PER_MINUTE
-        return temperature, rate, (thermometers[:, -1] - main).expand_as(temperature)
+        return temperature, rate, (thermometers[..., -1] - main).expand_as(temperature)
     tau = lag.unsqueeze(-1)
     ahead = (theta[..., 1:2] + 2 * tau).clamp_min(0.0)
     delay = lag * before[..., 0]
-    first = lagged(time, main, lag, main[0] - delay)
-    second = lagged(time, first, lag, main[0] - 2 * delay)
+    first = lagged(time, main, lag, main[..., 0] - delay)
+    second = lagged(time, first, lag, main[..., 0] - 2 * delay)
     slope = (first - second) / tau
     bend = ((main - first) / tau - slope) / tau
     temperature = second + ahead * slope
@@ -126,7 +127,7 @@ def coil(time: Tensor, thermometers: Tensor, theta: Tensor, in_motion: bool = Fa
 
 
 def histories(
-    time: Tensor, table: dict[str, Tensor], thermometers: Tensor, theta: Tensor, run: int, in_motion: bool = False, housing: History | None = None
+    time: Tensor, table: dict[str, Tensor], thermometers: Tensor, theta: Tensor, run: int | Tensor, in_motion: bool = False, housing: History | None = None
 ) -> dict[str, History]:
     """The history at each place.
 
@@ -134,18 +135,18 @@ def histories(
 
     Args:
         time: (T,) as recorded [s].
-        table: other raw columns by name, each (T,); ``"reference"`` among them.
-        thermometers: (T, M) [°C].
+        table: other raw columns by name, each (T,), or (R, 1, T) of several runs; ``"reference"`` among them.
+        thermometers: (T, M), or (R, 1, T, M) [°C].
         theta: (..., P) the coil's parameters.
-        run: number of the run, from 1.
+        run: number of the run, from 1, or (R, 1, 1).
         in_motion: as given to `coil_parameters`.
         housing: its history, where it is known already: it does not depend on the coil.
     """
     clock = time - at_start(time)
     temperature, rate, gradient = coil(clock, thermometers, theta, in_motion)
     rest = {name: value for name, value in table.items() if name != "reference"}
-    here = History(clock, temperature, rate, gradient, thermometers[:, 0], table["reference"], rest, run)
-    return {"coil": here, "housing": housing or _housing(here, thermometers[:, -1])}
+    here = History(clock, temperature, rate, gradient, thermometers[..., 0], table["reference"], rest, run)
+    return {"coil": here, "housing": housing or _housing(here, thermometers[..., -1])}
 
 
 def _housing(coil: History, outer: Tensor) -> History:

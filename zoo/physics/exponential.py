@@ -2,10 +2,15 @@
 
 from __future__ import annotations
 
+import math
+
 import torch
 from torch import Tensor
 
 SERIES_BELOW = 1e-2
+PHI_1 = tuple((-1.0) ** k / math.factorial(k + 1) for k in range(6, -1, -1))
+PHI_2 = tuple((-1.0) ** k / math.factorial(k + 2) for k in range(6, -1, -1))
+"""φ1 = 1 − x/2 + x²/6 − … and φ2 = 1/2 − x/6 + x²/24 − …, to x⁶ (5e-18 at the limit), highest power first."""
 
 
 def exponential_weights(x: Tensor) -> tuple[Tensor, Tensor, Tensor]:
@@ -21,17 +26,14 @@ def exponential_weights(x: Tensor) -> tuple[Tensor, Tensor, Tensor]:
     """
     small = x < SERIES_BELOW
     safe = torch.where(small, torch.ones_like(x), x)
-    phi_1 = torch.where(small, _series(x, 1), -torch.expm1(-safe) / safe)
-    phi_2 = torch.where(small, _series(x, 2), (1 - phi_1) / safe)
+    phi_1 = torch.where(small, _series(x, PHI_1), -torch.expm1(-safe) / safe)
+    phi_2 = torch.where(small, _series(x, PHI_2), (1 - phi_1) / safe)
     return torch.exp(-x), phi_1, phi_2
 
 
-def _series(x: Tensor, order: int) -> Tensor:
-    """φ1 = 1 − x/2 + x²/6 − …, φ2 = 1/2 − x/6 + x²/24 − …, to x⁶ (5e-18 at the limit)."""
-    total, term = torch.zeros_like(x), torch.ones_like(x)
-    factor = 1.0 if order == 1 else 0.5
-    for power in range(7):
-        total = total + factor * term
-        term = -term * x
-        factor /= power + order + 1
+def _series(x: Tensor, terms: tuple[float, ...]) -> Tensor:
+    """The polynomial with these coefficients, the constant one last (Horner)."""
+    total = torch.full_like(x, terms[0])
+    for term in torch.tensor(terms[1:], dtype=x.dtype, device=x.device):
+        total = torch.addcmul(term, total, x)
     return total

@@ -138,30 +138,35 @@ class Whitener:
         """
         pieces = [piece for run in runs for piece in run.pieces]
         roots: dict[Blocks, Tensor] = {}
+        whose: dict[Blocks, Blocks] = {}
         for piece in sorted(dict.fromkeys(pieces), key=lambda one: -len(one.time)):
-            longer = next((root for one, root in roots.items() if piece.begins(one)), None)
-            size = len(piece.time)
-            roots[piece] = _inverse_root(noise.covariance(piece)) if longer is None else longer[:size, :size]
-        self.factors = [roots[piece] for piece in pieces]
-        self.alike = [[i for i, own in enumerate(pieces) if own is piece] for piece in roots]
+            whose[piece] = next((one for one in roots if piece.begins(one)), piece)
+            if whose[piece] is piece:
+                roots[piece] = _inverse_root(noise.covariance(piece))
+        self.sizes = [len(piece.time) for piece in pieces]
+        self.factors = [roots[whose[piece]][:size, :size] for piece, size in zip(pieces, self.sizes, strict=True)]
+        self.shared = [(root, [i for i, piece in enumerate(pieces) if whose[piece] is own]) for own, root in roots.items()]
         self.log_determinant = -2.0 * sum(float(factor.diagonal().log().sum()) for factor in self.factors)
-        self.sizes = [factor.shape[0] for factor in self.factors]
 
     @cached_property
     def _single(self) -> list[Tensor]:
-        singles = {factor: factor.float() for factor in set(self.factors)}
-        return [singles[factor] for factor in self.factors]
+        return [root.float() for root, _ in self.shared]
 
     def __call__(self, columns: Tensor) -> Tensor:
         """Whiten (..., N, K) -> (..., N, K), dimensionless, in the precision of what it is given."""
-        factors = self.factors if columns.dtype == torch.float64 else self._single
+        roots = [root for root, _ in self.shared] if columns.dtype == torch.float64 else self._single
         pieces = list(columns.movedim(-2, 0).reshape(columns.shape[-2], -1).split(self.sizes))
-        for places in self.alike:
-            # One product for all pieces recorded alike, and whatever the batch: with few columns it takes as long as reading the factor does.
-            product = _product(factors[places[0]], torch.cat([pieces[i] for i in places], dim=1))
+        for root, (_, places) in zip(roots, self.shared, strict=True):
+            # One product for all pieces recorded alike, and whatever the batch: with few columns it takes as long as reading the root does.
+            product = _product(root, torch.cat([_lasting(pieces[i], len(root)) for i in places], dim=1))
             for i, part in zip(places, product.chunk(len(places), dim=1), strict=True):
-                pieces[i] = part
+                pieces[i] = part[: self.sizes[i]]
         return torch.cat(pieces).reshape(columns.shape[-2], *columns.shape[:-2], columns.shape[-1]).movedim(0, -2)
+
+
+def _lasting(piece: Tensor, size: int) -> Tensor:
+    """A piece (N, K) with nothing behind it: a triangular root lets nobody look ahead."""
+    return piece if len(piece) == size else torch.nn.functional.pad(piece, (0, 0, 0, size - len(piece)))
 
 
 def _inverse_root(covariance: Tensor) -> Tensor:

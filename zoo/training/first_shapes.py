@@ -46,7 +46,7 @@ def _searched(design: Design, starts: Tensor, effect: Effect, shapes: Tensor, pl
     lowest, best = float("inf"), starts[0]
     for theta, columns in zip(starts, design.columns(starts), strict=True):
         basis = orthonormal(columns[:, : place.column])
-        own = complement(design.effect_columns(effect, design.histories(theta), shapes), basis)
+        own = complement(design.effect_columns(effect, design.places(theta), shapes), basis)
         cost, index = project(own, complement(design.target.unsqueeze(-1), basis).squeeze(-1)).cost.min(dim=0)
         if float(cost) < lowest:
             lowest, best = float(cost), theta.clone()

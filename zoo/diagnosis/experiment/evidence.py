@@ -100,7 +100,7 @@ def elsewhere(bench: Workbench, rival: Solved, common: set[str]) -> list[Solved]
     before = bench.known(tuple(name for name in rival.names if name not in own)) or bench.without(rival, own[0])
     effect, target = bench.effects[own[0]], complement(before.fit.residual.unsqueeze(1), before.basis).squeeze(1)
     shapes = bench.shapes(own[0]).to(target)
-    columns = complement(before.design.effect_columns(effect, before.design.histories(before.fit.theta), shapes), before.basis)
+    columns = complement(before.design.effect_columns(effect, before.design.places(before.fit.theta), shapes), before.basis)
     cost = project(columns, target).cost
     order = cost.argsort()
     allowed = [int(place) for place in order[cost[order] < cost.min() + OPEN_CHI2]]

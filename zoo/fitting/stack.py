@@ -1,0 +1,138 @@
+"""Runs recorded at the same times, computed as one with a leading axis: small tensors cost by their number more than by their size."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+from functools import cached_property
+
+import torch
+from torch import Tensor
+
+from zoo.effects.base import Effect, History
+from zoo.measurements.run import Run
+from zoo.models.graybox import GrayBox
+
+SAME_TIMES = 1e-6
+"""Share of a sampling step by which the clocks of runs may differ that were recorded alike."""
+
+
+def stacked(runs: list[Run], numbers: list[int], model: GrayBox) -> list[Stack]:
+    """The runs in one stack where all were recorded alike, however long each is, else in one each.
+
+    Args:
+        runs: R runs with the model's inputs.
+        numbers: of each run, from 1.
+        model: what is fitted to them; where their first temperatures are fitted as well, each run has its own.
+    """
+    if len(runs) > 1 and not model.in_motion and _alike(runs):
+        return [Stack(runs, numbers, model)]
+    return [Stack([run], [number], model) for run, number in zip(runs, numbers, strict=True)]
+
+
+def _alike(runs: list[Run]) -> bool:
+    longest = max(runs, key=lambda run: len(run.time))
+    clock = longest.time - longest.time[0]
+    if len(clock) < 2:
+        return False
+    apart = [float((run.time - run.time[0] - clock[: len(run.time)]).abs().max()) for run in runs]
+    return max(apart) <= SAME_TIMES * float(torch.diff(clock).min())
+
+
+class Stack:
+    """One run, or R runs whose histories have a leading axis: (R, ..., T) where those of one have (..., T)."""
+
+    def __init__(self, runs: list[Run], numbers: list[int], model: GrayBox) -> None:
+        """Keep the tensors ready; shorter runs go on as they ended, which nobody looks at.
+
+        Args:
+            runs: recorded alike.
+            numbers: of each run, from 1.
+            model: whose inputs are taken.
+        """
+        self.runs, self.numbers, self.model = runs, numbers, model
+        tables = [run.select(model.inputs) for run in runs]
+        self.lengths = [len(table) for table in tables]
+        self.samples = max(self.lengths) * len(runs)
+        self.table, self.number = tables[0], numbers[0] if len(runs) == 1 else torch.tensor(numbers).to(tables[0]).reshape(-1, 1, 1)
+        if len(runs) > 1:
+            self.table = torch.stack([_lasting(table, max(self.lengths)) for table in tables]).unsqueeze(1)
+        self._housing: History | None = None
+
+    def places(self, coil: Tensor) -> dict[str, History]:
+        """The histories at each place for parameters of the coil (..., P); the housing's, which no parameter changes, is computed once."""
+        places = self.model.histories(self.table, coil, self.number, self._housing)
+        self._housing = places["housing"]
+        return places
+
+    def apart(self, history: History) -> list[History]:
+        """A history run by run, as long as each is."""
+        if len(self.runs) == 1:
+            return [history]
+        return [_one(history, i, number, length) for i, (number, length) in enumerate(zip(self.numbers, self.lengths, strict=True))]
+
+    def block_means(self, effect: Effect, history: History, columns: Callable[[History], Tensor], batch: int) -> Tensor:
+        """(B, N, K) means of an effect's columns over the blocks of all its runs, time first in memory.
+
+        Args:
+            effect: whose they are.
+            history: of its place.
+            columns: of a history, (B, T, K).
+            batch: B.
+        """
+        if len(self.runs) == 1 or not effect.runs_together:
+            parts = [run.block_mean_columns(columns(one)) for run, one in zip(self.runs, self.apart(history), strict=True)]
+            return torch.cat([part.movedim(-2, 0) for part in parts]).movedim(0, -2)
+        found = columns(history)
+        return self._averaged(found.expand(len(self.runs), batch, *found.shape[-2:]))
+
+    def means(self, effect: Effect, history: History) -> list[History]:
+        """The block means of everything that a history at one θ has, in single precision; of an effect that takes runs together, all in one."""
+        if len(self.runs) == 1 or not effect.runs_together:
+            return [_means(one, run.block_mean_columns) for run, one in zip(self.runs, self.apart(history), strict=True)]
+        return [_means(history, lambda values: self._averaged(values).squeeze(0))]
+
+    def _averaged(self, columns: Tensor) -> Tensor:
+        """(R, B, T, K) -> (B, N, K), time first in memory."""
+        wide = columns.movedim(2, 1)
+        means = torch.sparse.mm(self._averager, wide.reshape(self.samples, -1))
+        return means.reshape(-1, *wide.shape[2:]).movedim(0, -2)
+
+    @cached_property
+    def _averager(self) -> Tensor:
+        """(N, R·T) sparse: the share of each sample of each run in its block."""
+        places, shares, blocks = [], [], 0
+        for i, run in enumerate(self.runs):
+            own = run.averager
+            offset = torch.tensor([[blocks], [i * max(self.lengths)]], device=own.device)
+            places.append(own.indices() + offset)
+            shares.append(own.values())
+            blocks += run.blocks
+        size = (blocks, self.samples)
+        return torch.sparse_coo_tensor(torch.cat(places, dim=1), torch.cat(shares), size, check_invariants=True).coalesce()
+
+
+def _lasting(table: Tensor, length: int) -> Tensor:
+    """A table (T, C) that goes on with its last row."""
+    return torch.cat([table, table[-1:].expand(length - len(table), -1)])
+
+
+def _means(history: History, averaged: Callable[[Tensor], Tensor]) -> History:
+    of_place = ("time", "temperature", "rate", "gradient", "thermometer", "reference")
+    fields = torch.broadcast_tensors(*(getattr(history, name) for name in of_place), *history.inputs.values())
+    means = averaged(torch.stack(fields, dim=-1)).float().mT
+    inputs = dict(zip(history.inputs, means[len(of_place) :], strict=True))
+    return replace(history, **dict(zip(of_place, means, strict=False)), inputs=inputs)
+
+
+def _one(history: History, i: int, number: int, length: int) -> History:
+    """One run's share of a stacked history."""
+
+    def own(value: Tensor) -> Tensor:
+        mine = value[i, ..., :length]
+        return mine.squeeze(0) if len(mine) == 1 else mine
+
+    of_place = {name: own(getattr(history, name)) for name in ("temperature", "rate", "gradient", "thermometer", "reference")}
+    return replace(
+        history, time=history.time[:length], run=number, inputs={name: own(value) for name, value in history.inputs.items()}, **of_place
+    )
