@@ -7,6 +7,7 @@ import torch
 from torch import Generator, Tensor
 
 from zoo.catalog import build, names
+from zoo.effects.base import Effect, History, Parameter, spread
 from zoo.effects.bounds import to_physical
 from zoo.fitting.design import Design, close_starts, coarse_starts
 from zoo.fitting.noise import blocks_of, noise_of
@@ -71,6 +72,57 @@ def test_shared_work_changes_nothing(effects) -> None:
         torch.testing.assert_close(columns, plainly(made, theta), rtol=1e-9, atol=1e-9)
 
 
+@pytest.mark.parametrize("effects", [[name] for name in EFFECTS])
+def test_runs_recorded_at_other_times_are_what_each_is_alone(effects) -> None:
+    """RUNS are computed together; these are not, and a run among them is what it is among those."""
+    late = recorded(2, 400)
+    late.table[200:, 0] += 7.0
+    made, batch = design(effects, [recorded(1), late]), around(drawn(design(effects).model, 1)[0])
+    assert [len(one.stacks) for one in (design(effects), made)] == [1, 2]
+    for theta, columns in zip(batch, made.plain_columns(batch), strict=True):
+        torch.testing.assert_close(columns, plainly(made, theta), rtol=1e-9, atol=1e-9)
+    first = made.runs[0].blocks
+    torch.testing.assert_close(made.plain_columns(batch)[:, :first], design(effects).plain_columns(batch)[:, :first], rtol=1e-9, atol=1e-9)
+
+
+class Own(Effect):
+    """As somebody may write one: it takes its history for that of one run."""
+
+    name = "own"
+    amplitudes = (Parameter("size", 0.0, "unit", -1.0, 1.0, source="test"),)
+    needs = ("supply_v",)
+
+    def columns(self, history: History, shape: Tensor) -> Tensor:
+        column = history.inputs["supply_v"][0] + history.run * (history.thermometer - history.thermometer[0])
+        return spread((column if history.run == 2 else 2 * column).unsqueeze(-1), shape)
+
+
+def test_an_effect_that_does_not_say_that_it_takes_runs_together_sees_one_at_a_time() -> None:
+    made = Design(GrayBox({"static_bias": build("effects", "static_bias"), "own": Own()}, list(INPUTS)), RUNS, whitener(RUNS))
+    theta = drawn(made.model, 1)[0]
+    found = made.plain_columns(theta.unsqueeze(0))[0]
+    torch.testing.assert_close(found, plainly(made, theta), rtol=1e-12, atol=1e-12)
+    of_one = made.effect_columns(Own(), made.places(theta), torch.zeros(1, 0, dtype=torch.float64), lambda columns: columns)[0]
+    torch.testing.assert_close(of_one, found[:, -1:], rtol=1e-12, atol=1e-12)
+    at_means = made.effect_columns_at_means(Own(), made.places(theta), torch.zeros(1, 0, dtype=torch.float64))[0]
+    assert at_means.shape == of_one.shape
+
+
+def test_histories_are_those_of_each_run() -> None:
+    """As long as it is, with its own number and inputs, whether runs are computed together or not."""
+    made = design(["static_bias", "supply_voltage"])
+    theta = drawn(made.model, 1)[0]
+    coil = made.model.coil_value.detach().clone()
+    coil.copy_(to_physical(theta, [one for _, one in made.model.parameters_of_theta()])[: len(coil)])
+    for run, number, here in zip(made.runs, made.numbers, made.histories(theta), strict=True):
+        alone = made.model.histories(run.select(made.model.inputs), coil, number)
+        for place, history in alone.items():
+            assert here[place].run == number
+            for field in ("time", "temperature", "rate", "gradient", "thermometer", "reference"):
+                torch.testing.assert_close(getattr(here[place], field), getattr(history, field), rtol=1e-9, atol=1e-9)
+            torch.testing.assert_close(here[place].inputs["supply_v"], history.inputs["supply_v"])
+
+
 def test_a_random_batch_and_its_repetitions_keep_their_order() -> None:
     made = design(["static_bias", "hysteresis", "warm_up", "bias_step"])
     batch = drawn(made.model, 4)[[2, 0, 3, 0, 1, 2]]
@@ -103,7 +155,7 @@ def test_many_shapes_of_one_effect_at_a_fixed_coil(name) -> None:
     theta = drawn(made.model, 1)[0]
     effect = build("effects", name)
     shapes = effect.shapes_to_try(8000.0, 2)[:12]
-    found = made.effect_columns(effect, made.histories(theta), shapes)
+    found = made.effect_columns(effect, made.places(theta), shapes)
     alone = Design(GrayBox({name: effect}, list(INPUTS)), RUNS, made.whitener)
     for i in (0, len(shapes) - 1):
         coil = len(made.model.coil_parameters)
@@ -172,7 +224,7 @@ def test_at_means_an_effect_without_memory_is_nearly_what_its_means_are() -> Non
     made = design(["static_bias", "shupe", "mohr"])
     fringes = build("effects", "polarization")
     shapes = torch.tensor([[20.0, 1.0, 1.0, 0.0], [30.0, 2.0, 3.0, 30.0]], dtype=torch.float64)
-    places = made.histories(made.model.theta())
+    places = made.places(made.model.theta())
     for one in range(2):
         exact = made.effect_columns(fringes, places, shapes[one : one + 1])
         quick = made.effect_columns_at_means(fringes, places, shapes[one : one + 1])
@@ -183,7 +235,7 @@ def test_at_means_an_effect_without_memory_is_nearly_what_its_means_are() -> Non
 def test_at_means_an_effect_may_look_at_all_that_was_recorded() -> None:
     made = design(["static_bias", "shupe", "mohr", "supply_voltage"])
     for name in ("supply_voltage", "scale_factor"):
-        effect, places = build("effects", name), made.histories(made.model.theta())
+        effect, places = build("effects", name), made.places(made.model.theta())
         shapes = torch.zeros(1, 0, dtype=torch.float64)
         exact, quick = made.effect_columns(effect, places, shapes), made.effect_columns_at_means(effect, places, shapes)
         torch.testing.assert_close(quick[..., :1].double(), exact[..., :1], rtol=0, atol=0.05 * float(exact[..., :1].abs().max()))
@@ -202,7 +254,7 @@ def test_the_noise_of_runs_is_that_of_their_block_means() -> None:
 def test_runs_recorded_alike_share_a_root_of_their_noise() -> None:
     one, same, other = recorded(1), recorded(2), recorded(3, 400)
     alone, together = [Whitener(noise_of(RUNS), blocks_of(runs)) for runs in ([one], [one, other, same])]
-    assert together.factors[0] is together.factors[2]
+    assert together.factors[0].data_ptr() == together.factors[2].data_ptr()
     torch.testing.assert_close(together.factors[0], alone.factors[0], rtol=0, atol=0)
     assert together.factors[1].data_ptr() == together.factors[0].data_ptr(), "of a run that ends earlier it is the first part"
     torch.testing.assert_close(together.factors[1], whitener([other], noise_of(RUNS)).factors[0], rtol=1e-12, atol=1e-12)
@@ -215,7 +267,7 @@ def test_runs_recorded_alike_share_a_root_of_their_noise() -> None:
 def test_in_a_search_fringes_in_one_place_are_one(shapes, lines) -> None:
     """The lines that are left are the same to the last bit; means and whitening are matrix products, which BLAS rounds by their width."""
     made, tried = design(["static_bias", "shupe", "mohr"]), torch.tensor(shapes, dtype=torch.float64)
-    fringes, places = build("effects", "polarization"), made.histories(made.model.theta())
+    fringes, places = build("effects", "polarization"), made.places(made.model.theta())
     for place in places:
         here = place[fringes.place]
         torch.testing.assert_close(fringes.distinct_columns(here, tried, tried), fringes.columns(here, tried)[..., : 2 * lines], rtol=0, atol=0)

@@ -272,6 +272,18 @@ def test_the_product_by_bands_is_the_product(size) -> None:
     torch.testing.assert_close(whitener(columns), expected, rtol=1e-12, atol=1e-12)
 
 
+def test_runs_recorded_alike_of_any_length_are_whitened_as_each_is_alone() -> None:
+    """In one product for all of them, beside one that was recorded otherwise."""
+    noise, runs = NoiseModel(1.0, 0.4, 0.2), [grid(300), grid(500), Blocks(grid(80).time * 1.7, grid(80).share), grid(450)]
+    columns = torch.randn(3, sum(len(run.time) for run in runs), 4, generator=Generator().manual_seed(1), dtype=torch.float64)
+    parts = columns.split([len(run.time) for run in runs], dim=1)
+    expected = torch.cat([Whitener(noise, [run])(part) for run, part in zip(runs, parts, strict=True)], dim=1)
+    whiten = Whitener(noise, runs)
+    assert len(whiten.shared) == 2
+    torch.testing.assert_close(whiten(columns), expected, rtol=1e-12, atol=1e-12)
+    assert whiten.log_determinant == pytest.approx(sum(Whitener(noise, [run]).log_determinant for run in runs))
+
+
 def test_single_precision_stays_single_and_says_the_same() -> None:
     whiten = Whitener(NoiseModel(SIGMA, 0.5 * SIGMA, 0.1 * SIGMA), [grid(300), grid(120)])
     columns = torch.stack([SIGMA * normal(420, seed) for seed in range(6)], dim=1).view(420, 3, 2).movedim(1, 0)

@@ -59,6 +59,8 @@ def screen(bench: Workbench, base: Solved, names: list[str]) -> list[Screened]:
     def anywhere(name: str) -> Screened:
         return _elsewhere(bench, base, here.screened(name), here.total) if far(bench.effects[name]) else here.screened(name)
 
+    if any(far(bench.effects[name]) for name in names):
+        _ = base.elsewhere.some  # known to all copies of this process that will look there, and to what comes after
     longest_first = sorted(names, key=lambda name: -len(bench.shapes(name)) * len(bench.effects[name].amplitudes))
     found = side_by_side(anywhere, longest_first)
     return sorted(found, key=lambda candidate: (-candidate.gain, names.index(candidate.name)))

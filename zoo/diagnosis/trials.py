@@ -15,6 +15,8 @@ HOPELESS = -8.0
 """A candidate whose projected evidence is below this is not refitted."""
 OVERWHELMING = 40.0
 """Log Bayes factor that needs no further argument."""
+AT_REST, WANTED = 1.1, -2.5
+"""RMS of a model over the white noise up to which a refit changes evidence by little, and evidence at a glance from which one may matter there."""
 SURE = 3
 """Parameters that a candidate is charged for before anybody knows which of its amplitudes the runs call for."""
 GLANCED = 6
@@ -71,7 +73,7 @@ def round_of(bench: Workbench, before: Solved, names: list[str], progress: Calla
     """
     trials = glances(bench, before, screen(bench, before, names))
     reached = min((trial.solved.rms for trial in trials if trial.solved is not None), default=0.0)
-    refit(bench, before, _worth_arefit(trials, before) if reached <= least else [], progress)
+    refit(bench, before, _worth_arefit(bench, trials, before) if reached <= least else [], progress)
     trials.sort(key=lambda trial: (not trial.refitted, -trial.evidence))
     return Step(before, trials)
 
@@ -108,10 +110,15 @@ def glances(bench: Workbench, before: Solved, candidates: list[Screened]) -> lis
     return [known.get(one.name) or Trial(one, None, min(guess, most), False) for one, guess in zip(candidates, guesses, strict=True)]
 
 
-def _worth_arefit(trials: list[Trial], before: Solved) -> list[Trial]:
+def _worth_arefit(bench: Workbench, trials: list[Trial], before: Solved) -> list[Trial]:
     """The candidates with the largest evidence at a glance that are not far behind the first, and the one with the largest gain: a bent coil may hide
-    either. And the one that leaves least, where that is little of what there was: before it a walk had taken that over."""
+    either. And the one that leaves least, where that is little of what there was: before it a walk had taken that over. Beside what is noise already,
+    those for which a glance has more than nothing."""
     hopeful = [trial for trial in trials if trial.solved is not None]
+    if before.rms < AT_REST * bench.mixtures.white:
+        hopeful = [trial for trial in hopeful if trial.evidence > WANTED]
+    if not hopeful:
+        return []
     best = sorted(hopeful, key=lambda trial: -trial.evidence)[:REFITS]
     near = [trial for trial in best if trial.evidence > FAR_BEHIND * best[0].evidence or best[0].evidence < OVERWHELMING]
     least = min(hopeful, key=lambda trial: trial.solved.rms if trial.solved else math.inf, default=None)

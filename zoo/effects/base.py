@@ -103,7 +103,7 @@ class Effect(nn.Module):
         amplitudes: the parameters in which the error is linear, one a column.
         needs: recorded columns without which the effect cannot be computed.
         sharp: whether its columns change much within a few kelvins, without memory, so that a search has to look closely for where the place is.
-        runs_together: whether its columns are right for several runs at once, along a leading axis of everything but the time; faster than one by one.
+        runs_together: whether its columns are right for several runs at once, along a leading axis (see `History`); faster than one by one.
         needs_varied_reference: whether the effect cannot be told from a bias where the true input is always the same.
         formula: plain-text formula.
         source: where it comes from.

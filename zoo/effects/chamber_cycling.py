@@ -51,9 +51,9 @@ class ChamberCycling(Effect):
 
     def columns(self, history: History, shape: Tensor) -> Tensor:
         """Cosine and sine in the run's own two columns, zero in the others', see `Effect.columns`."""
-        period = shape[..., 0]
+        period, run = shape[..., 0], int(history.run)
         phase = 2 * torch.pi * history.time.reshape(-1, *[1] * period.dim()) / period  # time first, as block means go through it
         own = torch.stack([phase.cos(), phase.sin()], dim=-1)
-        before = history.run - 1 if 1 <= history.run <= RUNS else RUNS  # beyond the last, where the padding cuts them off again
+        before = run - 1 if 1 <= run <= RUNS else RUNS  # beyond the last, where the padding cuts them off again
         columns = torch.nn.functional.pad(own, (2 * before, 2 * (RUNS - 1 - before)))
         return columns.movedim(0, -2)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
 import torch
 from torch import Tensor
@@ -51,6 +52,26 @@ def _check_columns(effect: Effect) -> None:
     _check_same(effect, _tried(effect, first, shapes), alone[:2])
     if effect.place == "coil":
         _check_same(effect, _tried(effect, both, shapes), alone[::2])
+    if effect.runs_together:
+        _check_together(effect, [first, replace(second, run=2, inputs={name: value.flip(0) for name, value in first.inputs.items()})], shapes)
+
+
+def _check_together(effect: Effect, runs: list[History], shapes: Tensor) -> None:
+    """Runs along a leading axis, as it says that it takes them: what it makes of each must be what it makes of that alone."""
+    of_place = ("temperature", "rate", "gradient", "thermometer", "reference")
+    fields = {name: torch.stack([getattr(run, name) for run in runs]).unsqueeze(1) for name in of_place}
+    inputs = {name: torch.stack([run.inputs[name] for run in runs]).unsqueeze(1) for name in runs[0].inputs}
+    numbers = torch.tensor([float(run.run) for run in runs], dtype=torch.float64).reshape(-1, 1, 1)
+    own = f"{type(effect).__name__}.runs_together is True"
+    try:
+        found = effect.columns(replace(runs[0], run=numbers, inputs=inputs, **fields), shapes)
+        found = found.expand(len(runs), len(shapes), SAMPLES, len(effect.amplitudes))
+    except Exception as error:
+        raise InputError(f"{own}, but with runs along a leading axis it fails with {in_brief(error)}; leave it out, or {BATCHES}") from error
+    for together, run in zip(found, runs, strict=True):
+        expected = _tried(effect, run, shapes)
+        if float((together - expected).abs().max()) > SAME * float(expected.abs().max()):
+            raise InputError(f"{own}, but runs along a leading axis are not what each is alone; leave it out, or {BATCHES}")
 
 
 def _histories(effect: Effect) -> History:

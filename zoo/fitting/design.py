@@ -102,8 +102,10 @@ class Design:
 
     def histories(self, theta: Tensor) -> list[dict[str, History]]:
         """The places' histories of each run at one θ (P,)."""
-        stacks = [{name: stack.apart(history) for name, history in place.items()} for stack, place in zip(self.stacks, self.places(theta), strict=True)]
-        return [dict(zip(stack, of_run, strict=True)) for stack in stacks for of_run in zip(*stack.values(), strict=True)]
+        found = []
+        for stack, places in zip(self.stacks, self.places(theta), strict=True):
+            found += [dict(zip(places, run, strict=True)) for run in zip(*map(stack.apart, places.values()), strict=True)]
+        return found
 
     def places(self, theta: Tensor) -> Places:
         """The same as `effect_columns` takes them."""

@@ -127,7 +127,13 @@ def coil(time: Tensor, thermometers: Tensor, theta: Tensor, in_motion: bool = Fa
 
 
 def histories(
-    time: Tensor, table: dict[str, Tensor], thermometers: Tensor, theta: Tensor, run: int | Tensor, in_motion: bool = False, housing: History | None = None
+    time: Tensor,
+    table: dict[str, Tensor],
+    thermometers: Tensor,
+    theta: Tensor,
+    run: int | Tensor,
+    in_motion: bool = False,
+    housing: History | None = None,
 ) -> dict[str, History]:
     """The history at each place.
 

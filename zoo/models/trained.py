@@ -59,7 +59,7 @@ class Trained(Effect):
         del shape
         recorded = {TIME: history.time, MAIN: history.thermometer, **history.inputs}
         table = torch.stack([recorded.get(column, history.reference) for column in self.tangent.model.inputs], dim=-1)
-        return self.tangent.columns(table, history.run)
+        return self.tangent.columns(table, int(history.run))
 
 
 def _tells_the_time(tangent: Tangent, run: Run) -> bool:
