@@ -202,5 +202,5 @@ def test_the_form_that_is_chosen_is_the_one_that_was_fitted(runs, catalogue, bas
     best = FormBench(bench, bench.solve(tuple(base))).best()
     solved, name = best.solved, best.effect.name
     shape = to_physical(solved.fit.theta[-len(best.effect.shape) or len(solved.fit.theta) :], list(best.effect.shape)).unsqueeze(0)
-    own = solved.design.effect_columns(best.effect, solved.design.histories(solved.fit.theta), shape, lambda columns: columns)[0]
+    own = solved.design.effect_columns(best.effect, solved.design.places(solved.fit.theta), shape, lambda columns: columns)[0]
     assert torch.allclose(own, solved.plain_columns[:, solved.places()[name]], rtol=0, atol=1e-9)

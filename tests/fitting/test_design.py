@@ -32,7 +32,7 @@ def recorded(seed: int, samples: int = 600, inputs: tuple[str, ...] = INPUTS) ->
     return Run(f"run_{seed}", "dph", STEP_S * BLOCK, inputs, torch.stack([time, *others], -1), error, count, block)
 
 
-RUNS = [recorded(1), recorded(2, 400)]
+RUNS = [recorded(1), recorded(2, 400), recorded(4, 660)]
 
 
 def whitener(runs: list[Run], noise: NoiseModel | None = None) -> Whitener:
@@ -145,7 +145,7 @@ def test_columns_are_whitened_as_the_target_is() -> None:
     error = torch.cat([run.block_mean(run.error) for run in RUNS])
     torch.testing.assert_close(made.error, error)
     torch.testing.assert_close(made.target, made.whitener(error.unsqueeze(-1))[:, 0])
-    dense = torch.block_diag(*[whitener(RUNS).factors[i] for i in range(2)])
+    dense = torch.block_diag(*[whitener(RUNS).factors[i] for i in range(len(RUNS))])
     torch.testing.assert_close(made.target, dense @ error)
 
 
@@ -165,7 +165,7 @@ def test_many_shapes_of_one_effect_at_a_fixed_coil(name) -> None:
 
 
 def test_runs_keep_the_numbers_they_are_given() -> None:
-    made = design(["bias_step"], numbers=[4, 2])
+    made = design(["bias_step"], RUNS[:2], numbers=[4, 2])
     step = dict(made.model.named_effects())["bias_step"]
     step.shape_value.data = torch.tensor([0.5, 2.0], dtype=torch.float64)
     columns = made.plain_columns(made.model.theta().unsqueeze(0))[0, :, 0]

@@ -56,7 +56,8 @@ class Stack:
         self.samples = max(self.lengths) * len(runs)
         self.table, self.number = tables[0], numbers[0] if len(runs) == 1 else torch.tensor(numbers).to(tables[0]).reshape(-1, 1, 1)
         if len(runs) > 1:
-            self.table = torch.stack([_lasting(table, max(self.lengths)) for table in tables]).unsqueeze(1)
+            longest = max(tables, key=len)
+            self.table = torch.stack([_lasting(table, longest[:, 0]) for table in tables]).unsqueeze(1)
         self._housing: History | None = None
 
     def places(self, coil: Tensor) -> dict[str, History]:
@@ -112,9 +113,11 @@ class Stack:
         return torch.sparse_coo_tensor(torch.cat(places, dim=1), torch.cat(shares), size, check_invariants=True).coalesce()
 
 
-def _lasting(table: Tensor, length: int) -> Tensor:
-    """A table (T, C) that goes on with its last row."""
-    return torch.cat([table, table[-1:].expand(length - len(table), -1)])
+def _lasting(table: Tensor, clock: Tensor) -> Tensor:
+    """A table (T, C) that goes on with its last row, while the time, its first column, goes on as a longer run's clock does."""
+    after = table[-1:].repeat(len(clock) - len(table), 1)
+    after[:, 0] = table[0, 0] + clock[len(table) :] - clock[0]
+    return torch.cat([table, after])
 
 
 def _means(history: History, averaged: Callable[[Tensor], Tensor]) -> History:
