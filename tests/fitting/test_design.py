@@ -85,6 +85,11 @@ def test_runs_recorded_at_other_times_are_what_each_is_alone(effects) -> None:
     torch.testing.assert_close(made.plain_columns(batch)[:, :first], design(effects).plain_columns(batch)[:, :first], rtol=1e-9, atol=1e-9)
 
 
+def test_a_short_run_is_not_drawn_out_to_the_length_of_a_long_one() -> None:
+    assert len(design(["mohr"], [recorded(1), recorded(2, 100)]).stacks) == 2
+    assert len(design(["mohr"], [recorded(1), recorded(2, 250)]).stacks) == 1
+
+
 class Own(Effect):
     """As somebody may write one: it takes its history for that of one run."""
 

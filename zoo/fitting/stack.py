@@ -15,10 +15,12 @@ from zoo.models.graybox import GrayBox
 
 SAME_TIMES = 1e-6
 """Share of a sampling step by which the clocks of runs may differ that were recorded alike."""
+PADDED = 1.5
+"""How many times the samples that there are may be computed where shorter runs go on to the length of the longest."""
 
 
 def stacked(runs: list[Run], numbers: list[int], model: GrayBox) -> list[Stack]:
-    """The runs in one stack where all were recorded alike, however long each is, else in one each.
+    """The runs in one stack where all were recorded alike and are not too unlike in length, else in one each.
 
     Args:
         runs: R runs with the model's inputs.
@@ -33,7 +35,7 @@ def stacked(runs: list[Run], numbers: list[int], model: GrayBox) -> list[Stack]:
 def _alike(runs: list[Run]) -> bool:
     longest = max(runs, key=lambda run: len(run.time))
     clock = longest.time - longest.time[0]
-    if len(clock) < 2:
+    if len(clock) < 2 or len(clock) * len(runs) > PADDED * sum(len(run.time) for run in runs):
         return False
     apart = [float((run.time - run.time[0] - clock[: len(run.time)]).abs().max()) for run in runs]
     return max(apart) <= SAME_TIMES * float(torch.diff(clock).min())
