@@ -6,11 +6,12 @@ import math
 from dataclasses import dataclass
 
 import torch
+from torch import Tensor
 
 from zoo.diagnosis.free_functions import anywhere, functions_of, weigh
 from zoo.diagnosis.moments import kurtosis, prominence, rarity
 from zoo.diagnosis.quantities import CLOCK, by_the_clock, inputs_of
-from zoo.diagnosis.swings import BAND, swings
+from zoo.diagnosis.swings import BAND, periodograms, swings
 from zoo.diagnosis.switching import TWO_LEVELS, switching
 from zoo.diagnosis.workbench import QUIET, Freed, Solved, Workbench
 from zoo.fitting.projection import project
@@ -33,6 +34,8 @@ KURTOSIS = 4.0
 OUTDONE, SEVERAL_OUTDONE = 1.05, 0.9
 """Evidence of a free function over that of a named effect above which that is not what it is; over that of several together, which have no reason to
 add up to a function of one quantity."""
+WANDERS = 0.25
+"""Share of what a line explains that a phase which wanders may leave around it."""
 LINE = 10.0
 """Largest ordinate of a white periodogram over the mean, less the logarithm of their number, that chance may give (5 in 100 000; Fisher 1929)."""
 
@@ -98,13 +101,14 @@ def examine(bench: Workbench, final: Solved, base: Solved) -> Structure:
     excess = final.likely.cost / dof - 1.0
     explained = float(base.residual.square().mean() - final.residual.square().mean()) / bench.noise_floor(final) ** 2
     forgiven = min(SHARE_ALLOWED * max(explained, 0.0), LEVEL_ALLOWED_AFTER)
-    tried, line = free_dependences(bench, final), spectral_line(bench, final)
+    lines = _lines(bench, final, base)
+    tried, line = free_dependences(bench, final), spectral_line(bench, final, lines)
     level = excess / (LEVEL_ALLOWED + 3.0 * math.sqrt(2.0 / dof) + forgiven)
     shape = max((min(one.evidence / SIGNIFICANT, one.explains * (1.0 + excess) / (MATERIAL + forgiven)) for one in tried), default=0.0)
     wave = 0.0 if line is None else line.evidence / LINE
     if line is not None and forgiven > 0:
         wave = min(wave, line.explains * (1.0 + excess) / forgiven)
-    band, levels = swings(bench, final), switching(bench, final)
+    band, levels = swings(bench, final, lines), switching(bench, final)
     for strength, share in ((band.evidence / BAND, band.share), (levels.evidence / TWO_LEVELS, levels.share)):
         wave = max(wave, min(strength, share * (1.0 + excess) / forgiven if forgiven > 0 else math.inf))
     strain = max(0.0, level, shape, wave, _jumps(bench, final, final.names == base.names, forgiven), _outdone(bench, final, base))
@@ -114,6 +118,24 @@ def examine(bench: Workbench, final: Solved, base: Solved) -> Structure:
         strain = min(strain, 1.0)
     found = (*[one for one in tried if one.matters], *([line] if line is not None and line.matters else []))
     return Structure(strain, excess, found)
+
+
+def _lines(bench: Workbench, final: Solved, base: Solved) -> tuple[float, ...]:
+    """Frequencies of the lines that were added [Hz], unless what is left around them is more than a wandering phase leaves."""
+    found = [line for name in final.names if name not in base.names for line in bench.effects[name].frequencies(_shape(final, name))]
+    if not found:
+        return ()
+    whole, rest = (sum(float(power.sum()) for power, _ in periodograms(bench, final, lines)) for lines in ((), tuple(found)))
+    explained = 0.0
+    for name, own in final.places().items():
+        if name not in base.names and bench.effects[name].frequencies(_shape(final, name)):
+            explained += float((final.plain_columns[:, own] @ final.fit.amplitudes[own]).square().sum()) / bench.mixtures.white**2
+    return tuple(found) if 2.0 * (whole - rest) < WANDERS * explained else ()
+
+
+def _shape(solved: Solved, name: str) -> Tensor:
+    """(S,) an effect's shape as it was fitted."""
+    return dict(solved.model.named_effects())[name].shape_value.detach()
 
 
 def _jumps(bench: Workbench, final: Solved, alone: bool, forgiven: float) -> float:
@@ -167,18 +189,14 @@ def _freed(bench: Workbench, base: Solved) -> dict[str, Freed]:
     return base.freed
 
 
-def spectral_line(bench: Workbench, final: Solved) -> Dependence | None:
+def spectral_line(bench: Workbench, final: Solved, lines: tuple[float, ...] = ()) -> Dependence | None:
     """The frequency at which a model's residual, whitened by its likeliest noise, stands out most; None where no run has a spectrum.
 
     Flicker and random walk can take over the variance of something that recurs in time, but not its frequency. Blocks are taken as evenly spaced, so
     that a gap within a run blurs a line.
     """
-    white = bench.mixtures.whitener(final.likely.place)[1](final.residual.unsqueeze(1)).squeeze(1)
-    powers, frequencies = [], []
-    for run, part in zip(bench.runs, white.split([run.blocks for run in bench.runs]), strict=True):
-        powers.append((torch.fft.rfft(part).abs().square() / len(part))[1:-1])
-        frequencies.append(torch.fft.rfftfreq(len(part), run.average_s).to(part)[1:-1])
-    power, frequency = torch.cat(powers), torch.cat(frequencies)
+    spectra = periodograms(bench, final, lines)
+    power, frequency = torch.cat([one for one, _ in spectra]), torch.cat([one for _, one in spectra])
     if not len(power):
         return None
     excess = float(power.max() / power.mean()) - math.log(len(power))

@@ -6,6 +6,7 @@ import math
 from dataclasses import dataclass
 
 import torch
+from torch import Tensor
 
 from zoo.diagnosis.workbench import Solved, Workbench
 
@@ -13,6 +14,8 @@ WIDEST = 4
 """Part of the spectrum, one in so many, that a band may take at most: noise is what the rest is."""
 BAND = 8.0
 """Log likelihood ratio of a band over none, beyond that of so many bands, that chance may give (3 in 10 000)."""
+SKIRT = 4
+"""Resolutions to either side of a line that belong to it: a phase that wanders spreads it."""
 
 
 @dataclass(frozen=True)
@@ -35,15 +38,40 @@ class Swings:
         return self.evidence > BAND
 
 
-def swings(bench: Workbench, solved: Solved) -> Swings:
+def periodograms(bench: Workbench, solved: Solved, lines: tuple[float, ...] = ()) -> list[tuple[Tensor, Tensor]]:
+    """Power and frequency [Hz] of each run's residual, whitened by its likeliest noise, but for the ends of the spectrum; blocks as evenly spaced.
+
+    Args:
+        bench: the runs.
+        solved: the model.
+        lines: frequencies of lines that the model has [Hz]: what is left around them, or their images in block means, is theirs, and taken for noise.
+    """
+    white = bench.mixtures.whitener(solved.likely.place)[1](solved.residual.unsqueeze(1)).squeeze(1)
+    found = []
+    for run, part in zip(bench.runs, white.split([run.blocks for run in bench.runs]), strict=True):
+        power = (torch.fft.rfft(part).abs().square() / max(len(part), 1))[1:-1]
+        frequency = torch.fft.rfftfreq(len(part), run.average_s).to(part)[1:-1]
+        known = _around(frequency, lines, run.average_s)
+        found.append((torch.where(known, power[~known].mean() if bool((~known).any()) else power, power), frequency))
+    return found
+
+
+def _around(frequency: Tensor, lines: tuple[float, ...], average_s: float) -> Tensor:
+    """Which frequencies are within a few resolutions of a line or of its image."""
+    known = torch.zeros_like(frequency, dtype=torch.bool)
+    for line in lines if len(frequency) > 1 else ():
+        image = abs(line * average_s - round(line * average_s)) / average_s
+        known |= (frequency - image).abs() <= SKIRT * (frequency[1] - frequency[0])
+    return known
+
+
+def swings(bench: Workbench, solved: Solved, lines: tuple[float, ...] = ()) -> Swings:
     """The band that stands out most in the periodograms of a model's residual, whitened by its likeliest noise.
 
     Ordinates of a white periodogram are exponential; of w of them whose mean is r times that of all, the likelihood of a level of their own over the
     common one has the logarithm w·(r − 1 − ln r) (Whittle 1953). Bands are a power of two wide. Blocks are taken as evenly spaced.
     """
-    white = bench.mixtures.whitener(solved.likely.place)[1](solved.residual.unsqueeze(1)).squeeze(1)
-    parts = white.split([run.blocks for run in bench.runs])
-    powers = [(torch.fft.rfft(part).abs().square() / max(len(part), 1))[1:-1] for part in parts]
+    powers = [power for power, _ in periodograms(bench, solved, lines)]
     mean, total = float(torch.cat(powers).mean()), max(sum(map(len, powers)), 1)
     found, tried = Swings(-math.inf, 0.0, (math.inf, math.inf)), 0
     for run, power in zip(bench.runs, powers, strict=True):

@@ -180,6 +180,15 @@ class Effect(nn.Module):
         del span_s
         return shape.unsqueeze(0)
 
+    def frequencies(self, shape: Tensor) -> tuple[float, ...]:
+        """Where in the spectrum over time its columns are lines [Hz], whose phase may wander a little in nature; by default nowhere.
+
+        Args:
+            shape: (S,) physical.
+        """
+        del shape
+        return ()
+
     def forward(self, history: History) -> Tensor:
         """(T,) the effect's share of the error [output's unit]: columns · amplitudes."""
         return self.columns(history, self.shape_value) @ self.amplitude

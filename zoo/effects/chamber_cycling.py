@@ -12,6 +12,7 @@ from zoo.effects.base import Effect, History, Parameter, physical_value
 RUNS = 4
 LONGEST_SPAN_S = 86400.0
 FINER = 8
+OVERTONES = 3
 
 
 class ChamberCycling(Effect):
@@ -48,6 +49,10 @@ class ChamberCycling(Effect):
         """Frequencies from the one tried before to the one tried after, see `Effect.shapes_near`."""
         between = torch.linspace(-1.0, 1.0, 2 * FINER + 1, dtype=shape.dtype, device=shape.device) / min(span_s, LONGEST_SPAN_S)
         return (1.0 / (1.0 / shape + between)).clamp(self.shape[0].low, self.shape[0].high).unsqueeze(-1)
+
+    def frequencies(self, shape: Tensor) -> tuple[float, ...]:
+        """The line's and its first overtones', see `Effect.frequencies`: a compressor that is switched on and off is no sine."""
+        return tuple(order / float(shape[0]) for order in range(1, OVERTONES + 1))
 
     def columns(self, history: History, shape: Tensor) -> Tensor:
         """Cosine and sine in the run's own two columns, zero in the others', see `Effect.columns`."""
