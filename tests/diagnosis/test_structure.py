@@ -283,6 +283,30 @@ def test_what_swings_faster_and_faster_is_no_noise(planted, base, white, seed) -
     assert restless(bench, solved).startswith("It swings, with no period that stays: every ")
 
 
+def wandering(run: Run, seed: int) -> Tensor:
+    """A chamber's line of 7 min whose phase walks by 0.008 of a cycle in each, and its overtone."""
+    steps = torch.randn(len(run.time), generator=Generator().manual_seed(seed), dtype=torch.float64)
+    cycles = run.time / 420.0 + 0.008 * ((run.time[1] - run.time[0]) / 420.0).sqrt() * steps.cumsum(0)
+    return (2 * torch.pi * cycles).sin() + 0.05 * (4 * torch.pi * cycles).cos()
+
+
+@pytest.mark.parametrize("seed", [1, 2, 3])
+def test_what_a_line_with_a_wandering_phase_leaves_around_it_is_its_own(planted, base, white, seed) -> None:
+    bench = planted(lambda run, coil: 8 * white * wandering(run, seed), seed).with_white(white)
+    before = bench.solve(tuple(base))
+    final = bench.add(before, "chamber_cycling")
+    assert swings(bench, final).matters, "a band is left"
+    assert examine(bench, final, before).is_noise
+    assert not examine(bench, final, final).is_noise, "the same residual, nothing added"
+
+
+@pytest.mark.parametrize("seed", [1, 2])
+def test_a_line_does_not_stand_for_what_swings_faster_and_faster(planted, base, white, seed) -> None:
+    bench = planted(lambda run, coil: 3 * white * chirp(run.time - run.time[0]), seed).with_white(white)
+    before = bench.solve(tuple(base))
+    assert not examine(bench, bench.add(before, "chamber_cycling"), before).is_noise
+
+
 @pytest.mark.parametrize("seed", [1, 2, 3, 4, 5])
 def test_noise_swings_in_no_band(runs, catalogue, base, seed) -> None:
     bench = open_bench(runs("", seed), base, catalogue)
