@@ -9,6 +9,7 @@ import re
 import sys
 
 import zoo
+from zoo.cli.allocator import keep_freed_memory
 from zoo.cli.closed_pipe import print_to_nobody
 from zoo.cli.interrupts import leaving_at_once
 
@@ -38,6 +39,7 @@ def main() -> None:
         sys.exit(_print(f"fogzoo {zoo.__version__}", 0))
     if arguments[0] in COMPLETION:
         arguments = [_verb_to_complete(arguments), *arguments]
+    keep_freed_memory()
     with leaving_at_once():
         importlib.import_module("zoo.cli.application")
     gc.freeze()  # modules stay; the collector, going through them again and again, took 6 % of a diagnosis
