@@ -189,8 +189,7 @@ def test_columns_that_cannot_be_fitted(refused, old, new, words) -> None:
         ("lagged(history.time, history.thermometer - history.thermometer[0], shape[..., 0])", "are not what each is alone"),
     ],
 )
-def test_runs_together_that_are_not_each_by_itself(refused, verb, wrong, words) -> None:
-    """Refused where it is said of them, and right one by one where it is not."""
+def test_runs_together_that_are_not_each_by_itself(refused, wrong, words) -> None:
     good = "lagged(history.time, history.rate.abs(), shape[..., 0])"
     wrong = wrong + " + 0 * shape[..., 0:1]"
     message = refused("simulate", *QUICK, "hidden=mine", source=changed(good, wrong).replace("needs = ()", "needs = ()\n    runs_together = True"))

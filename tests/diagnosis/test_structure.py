@@ -15,8 +15,8 @@ from zoo.diagnosis.diagnose import open_bench
 from zoo.diagnosis.free_functions import TOGETHER, anywhere, free_functions, functions_of, worth
 from zoo.diagnosis.moments import moments, rarity
 from zoo.diagnosis.restless import restless
-from zoo.diagnosis.structure import LEVEL_ALLOWED, LINE, MATERIAL, SIGNIFICANT, Structure, _outdone, examine, free_dependences, spectral_line
-from zoo.diagnosis.swings import swings
+from zoo.diagnosis.structure import LEVEL_ALLOWED, LINE, MATERIAL, SIGNIFICANT, Structure, _lines, _outdone, examine, free_dependences, spectral_line
+from zoo.diagnosis.swings import _around, swings
 from zoo.diagnosis.workbench import Freed, Workbench
 from zoo.measurements.run import Run
 from zoo.simulator.noise import rate_walk
@@ -298,6 +298,18 @@ def test_what_a_line_with_a_wandering_phase_leaves_around_it_is_its_own(planted,
     assert swings(bench, final).matters, "a band is left"
     assert examine(bench, final, before).is_noise
     assert not examine(bench, final, final).is_noise, "the same residual, nothing added"
+
+
+def test_what_is_left_around_a_line_is_its_own_only_where_that_is_little(planted, base, white) -> None:
+    """And where means over a block fold it to."""
+    allowed = []
+    for moved in (lambda run: wandering(run, 1), lambda run: chirp(run.time - run.time[0])):
+        bench = planted(lambda run, coil, moved=moved: 8 * white * moved(run), 1).with_white(white)
+        before = bench.solve(tuple(base))
+        allowed.append(len(_lines(bench, bench.add(before, "chamber_cycling"), before)))
+    assert allowed == [3, 0]
+    frequency = torch.fft.rfftfreq(400, 100.0).double()
+    assert frequency[_around(frequency, (1 / 150,), 100.0)].tolist() == pytest.approx([1 / 300 + k / 40_000 for k in range(-3, 5)], abs=1e-5)
 
 
 @pytest.mark.parametrize("seed", [1, 2])

@@ -19,6 +19,9 @@ if TYPE_CHECKING:
 Scale = Literal["linear", "log", "inverse", "index"]
 Place = Literal["coil", "housing"]
 
+OF_PLACE = ("temperature", "rate", "gradient", "thermometer", "reference")
+"""Signals of a history beside the time and the recorded columns."""
+
 
 @dataclass(frozen=True)
 class Parameter:

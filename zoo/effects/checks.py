@@ -8,7 +8,7 @@ from dataclasses import replace
 import torch
 from torch import Tensor
 
-from zoo.effects.base import Effect, History, spread
+from zoo.effects.base import OF_PLACE, Effect, History, spread
 from zoo.effects.bounds import to_physical
 from zoo.errors import InputError, in_brief
 
@@ -58,8 +58,7 @@ def _check_columns(effect: Effect) -> None:
 
 def _check_together(effect: Effect, runs: list[History], shapes: Tensor) -> None:
     """Runs along a leading axis, as it says that it takes them: what it makes of each must be what it makes of that alone."""
-    of_place = ("temperature", "rate", "gradient", "thermometer", "reference")
-    fields = {name: torch.stack([getattr(run, name) for run in runs]).unsqueeze(1) for name in of_place}
+    fields = {name: torch.stack([getattr(run, name) for run in runs]).unsqueeze(1) for name in OF_PLACE}
     inputs = {name: torch.stack([run.inputs[name] for run in runs]).unsqueeze(1) for name in runs[0].inputs}
     numbers = torch.tensor([float(run.run) for run in runs], dtype=torch.float64).reshape(-1, 1, 1)
     own = f"{type(effect).__name__}.runs_together is True"

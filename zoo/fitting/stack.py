@@ -9,7 +9,7 @@ from functools import cached_property
 import torch
 from torch import Tensor
 
-from zoo.effects.base import Effect, History
+from zoo.effects.base import OF_PLACE, Effect, History
 from zoo.measurements.run import Run
 from zoo.models.graybox import GrayBox
 
@@ -123,7 +123,7 @@ def _lasting(table: Tensor, clock: Tensor) -> Tensor:
 
 
 def _means(history: History, averaged: Callable[[Tensor], Tensor]) -> History:
-    of_place = ("time", "temperature", "rate", "gradient", "thermometer", "reference")
+    of_place = ("time", *OF_PLACE)
     fields = torch.broadcast_tensors(*(getattr(history, name) for name in of_place), *history.inputs.values())
     means = averaged(torch.stack(fields, dim=-1)).float().mT
     inputs = dict(zip(history.inputs, means[len(of_place) :], strict=True))
@@ -137,7 +137,7 @@ def _one(history: History, i: int, number: int, length: int) -> History:
         mine = value[i, ..., :length]
         return mine.squeeze(0) if len(mine) == 1 else mine
 
-    of_place = {name: own(getattr(history, name)) for name in ("temperature", "rate", "gradient", "thermometer", "reference")}
+    of_place = {name: own(getattr(history, name)) for name in OF_PLACE}
     return replace(
         history, time=history.time[:length], run=number, inputs={name: own(value) for name, value in history.inputs.items()}, **of_place
     )
