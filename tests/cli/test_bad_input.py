@@ -375,3 +375,20 @@ def test_the_shell_gets_the_code_and_the_message_on_the_standard_error(tmp_path,
 )
 def test_what_no_gyro_or_chamber_can_be(told, settings, words) -> None:
     assert words in told(*settings, verb="simulate")
+
+
+@pytest.mark.parametrize(
+    ("verb", "setting", "words"),
+    [
+        ("diagnose", "files=a.csv", "did you mean data.files?"),
+        ("diagnose", "data.fils=a.csv", "data has no fils; did you mean files"),
+        ("train", "model.hiden=3", "model has no hiden; did you mean hidden"),
+        ("train", "optmizer.lr=3", "did you mean optimizer"),
+        ("export", "model=a", "Known: hydra, program, refuse_outside, run"),
+        ("simulate", "seed.first=3", "seed is a value and has no keys"),
+    ],
+)
+def test_a_key_that_is_not_there_is_answered_with_those_that_are(told, verb, setting, words) -> None:
+    answer = told(setting, verb=verb)
+    assert f"unknown key '{setting.partition('=')[0]}'" in answer
+    assert words in answer

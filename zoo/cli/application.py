@@ -34,7 +34,7 @@ from zoo.cli.papers import paper_settings
 from zoo.cli.plugins import missing_plugin, prefer_own_settings
 from zoo.cli.saved_models import folder_settings
 from zoo.cli.sweeps import sweep_told
-from zoo.cli.wrong_settings import check_flags, check_known, check_once, instead
+from zoo.cli.wrong_settings import check_flags, check_known, check_once, instead, unknown_key
 from zoo.errors import InputError, WorkError, causes, nearest
 
 WRONG_SETTINGS = (
@@ -77,7 +77,7 @@ def run(verb: str, arguments: list[str]) -> int:
         except Exception as error:
             if traced:
                 raise
-            codes.append(_tell(error))
+            codes.append(_tell(error, verb))
     return max(codes, default=0)
 
 
@@ -124,10 +124,10 @@ def _unwrapped() -> Iterator[None]:
             os.environ["HYDRA_FULL_ERROR"] = before
 
 
-def _tell(error: BaseException) -> int:
+def _tell(error: BaseException, verb: str) -> int:
     if nobody_reads(error):
         return print_to_nobody()
-    code, message = explain(error)
+    code, message = explain(error, verb)
     print(message, file=sys.stderr)
     return code
 
@@ -151,16 +151,16 @@ def _task(verb: str, codes: list[int], traced: bool) -> Callable[[DictConfig], f
             except (Exception, SystemExit) as error:
                 if traced:
                     raise
-                codes.append(_tell(error))
-                job.fail(error, *((codes[-1], "") if nobody_reads(error) else explain(error)))
+                codes.append(_tell(error, verb))
+                job.fail(error, *((codes[-1], "") if nobody_reads(error) else explain(error, verb)))
         return job.value
 
     task.__name__ = verb
     return task
 
 
-def explain(error: BaseException) -> tuple[int, str]:
-    """The exit code and the one or two lines for an exception; never a traceback."""
+def explain(error: BaseException, verb: str) -> tuple[int, str]:
+    """The exit code and the one or two lines for an exception that a verb came to; never a traceback."""
     for cause in causes(error):
         if isinstance(cause, InputError):
             return 2, f"error: {cause}"
@@ -171,9 +171,9 @@ def explain(error: BaseException) -> tuple[int, str]:
     if isinstance(error, OSError) and error.filename:
         return 2, f"error: {error.filename}: {error.strerror}; if results were to go there, choose another folder with hydra.run.dir=…"
     if isinstance(error, WRONG_SETTINGS):
-        return 2, f"error: {_first_lines(error)}"
+        return 2, f"error: {_first_lines(error, verb)}"
     known = "" if isinstance(error, HydraException) else f"{type(error).__name__}: "
-    return 1, f"failed: {known}{_first_lines(error)} (HYDRA_FULL_ERROR=1 shows where)"
+    return 1, f"failed: {known}{_first_lines(error, verb)} (HYDRA_FULL_ERROR=1 shows where)"
 
 
 def _unknown_choice(error: BaseException) -> str | None:
@@ -189,12 +189,9 @@ def _searched(error: MissingConfigException) -> list[Path]:
     return [Path(folder) for folder in re.findall(r"path=file://(.+)$", str(error), re.MULTILINE)]
 
 
-def _first_lines(error: BaseException) -> str:
+def _first_lines(error: BaseException, verb: str) -> str:
     lines = [line.strip() for line in str(error).splitlines() if line.strip()]
     needed = re.search(r"Missing mandatory value: (\S+)", str(error))
     if needed:
         return f"{needed.group(1)} is not set and has no default: give {needed.group(1)}=…"
-    key = re.search(r"Could not override '([^']+)'", str(error))
-    if key:
-        return f"unknown key '{key.group(1)}'; --cfg job prints all keys (a new key takes a leading +)"
-    return instead(error) or " ".join(lines if isinstance(error, YAMLError) else lines[:2]) or type(error).__name__
+    return unknown_key(error, verb) or instead(error) or " ".join(lines if isinstance(error, YAMLError) else lines[:2]) or type(error).__name__

@@ -14,11 +14,12 @@ from hydra.core.hydra_config import HydraConfig
 from hydra.core.override_parser.overrides_parser import OverridesParser
 from hydra.errors import HydraException, OverrideParseException
 from omegaconf import DictConfig, OmegaConf
+from omegaconf.errors import OmegaConfBaseException
 
 from zoo.catalog import LISTS, find, names
 from zoo.cli.command_line import searchpath
 from zoo.cli.papers import GROUP
-from zoo.errors import InputError, nearest
+from zoo.errors import InputError, causes, nearest
 from zoo.measurements.files import SUFFIXES
 
 _SPECIAL = re.compile(r"[^A-Za-z0-9_ /\\+.$%*@?|:-]")
@@ -101,6 +102,28 @@ def _keys(name: str) -> set[str]:
     groups = {str(key).split()[-1].strip("/") for one in defaults if isinstance(one, DictConfig) for key in one}
     included = [str(PurePosixPath(name).parent / one).strip("/") for one in defaults if isinstance(one, str) and one != "_self_"]
     return {str(key) for key in config}.union(groups, *map(_keys, included))
+
+
+def unknown_key(error: BaseException, verb: str) -> str | None:
+    """A line with the keys that there are where one was typed that there is not; None where that is not what is wrong.
+
+    Args:
+        error: of Hydra.
+        verb: whose config it is.
+    """
+    typed = re.search(r"Could not override '([^']+)'", str(error))
+    if typed is None:
+        return None
+    place = next((cause.parent_node for cause in causes(error) if isinstance(cause, OmegaConfBaseException)), None)
+    within = str(place._get_full_key(None)) if isinstance(place, DictConfig) else ""
+    wrong = typed.group(1).removeprefix(f"{within}.").split(".")[0]
+    known = {str(key): place._get_node(key) for key in place} if isinstance(place, DictConfig) else dict.fromkeys(_keys(verb))
+    known = {key: inner for key, inner in known.items() if not key.startswith("_")}
+    if not known:
+        return f"unknown key '{typed.group(1)}': {within} is a value and has no keys"
+    deeper = [f"{key}.{wrong}" for key, inner in known.items() if isinstance(inner, DictConfig) and wrong in list(inner)]
+    meant = f"did you mean {', '.join(deeper)}?" if deeper else nearest(wrong, known)
+    return f"unknown key '{typed.group(1)}': {f'{within} has no {wrong}; {meant} (a new key takes a leading +)' if within else meant}"
 
 
 def instead(error: BaseException) -> str | None:
