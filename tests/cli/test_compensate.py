@@ -163,6 +163,20 @@ def test_rows_without_a_temperature_are_left_empty_and_forgotten(trained, capsys
     pd.testing.assert_frame_equal(holes[added].dropna().reset_index(drop=True), rest[added], rtol=1e-9)
 
 
+def test_a_model_of_time_alone_forgets_a_row_that_cannot_be_used(tmp_path) -> None:
+    """It uses no column but the time, which such a row does not have either."""
+    frame = recording()
+    frame.to_csv("a.csv", index=False)
+    assert run("train", ["model=graybox", "effects=[aging,bias_step]", "data.files=[a.csv]", "hydra.run.dir=timed"]) == 0
+    frame.loc[100, "time_s"] = np.nan
+    frame.to_csv("hole.csv", index=False)
+    frame.drop(index=100).to_csv("without.csv", index=False)
+    assert compensate(Path("timed"), "data.files=[hole.csv,without.csv]", "data.bad_rows=skip") == 0
+    hole, rest = pd.read_csv("out/hole.csv")["predicted_error_dph"], pd.read_csv("out/without.csv")["predicted_error_dph"]
+    assert hole.index[hole.isna()].tolist() == [100]
+    np.testing.assert_allclose(hole.dropna(), rest, rtol=1e-9, atol=1e-12)
+
+
 def more(frame: pd.DataFrame) -> pd.DataFrame:
     """The recording with the supply and the field, as simulated runs have them."""
     hours = frame["time_s"] / 3600

@@ -15,9 +15,21 @@ from zoo.diagnosis.diagnose import open_bench
 from zoo.diagnosis.free_functions import TOGETHER, anywhere, free_functions, functions_of, worth
 from zoo.diagnosis.moments import moments, rarity
 from zoo.diagnosis.restless import restless
-from zoo.diagnosis.structure import LEVEL_ALLOWED, LINE, MATERIAL, SIGNIFICANT, Structure, _lines, _outdone, examine, free_dependences, spectral_line
+from zoo.diagnosis.structure import (
+    LEVEL_ALLOWED,
+    LINE,
+    MATERIAL,
+    SIGNIFICANT,
+    Structure,
+    _lines,
+    _outdone,
+    examine,
+    free_dependences,
+    leaves_noise,
+    spectral_line,
+)
 from zoo.diagnosis.swings import _around, swings
-from zoo.diagnosis.workbench import Freed, Workbench
+from zoo.diagnosis.workbench import Freed, Solved, Workbench
 from zoo.measurements.run import Run
 from zoo.simulator.noise import rate_walk
 
@@ -45,6 +57,13 @@ def planted(simulation, runs, catalogue, base) -> Callable[..., Workbench]:
     return plant
 
 
+def is_noise(bench: Workbench, final: Solved, base: Solved) -> bool:
+    """Whether what is left is noise, which both ways of asking must agree on."""
+    whole = examine(bench, final, base).is_noise
+    assert leaves_noise(bench, final, base) is whole
+    return whole
+
+
 def looks_quiet(structure: Structure) -> bool:
     """Whether nothing but the part in question objects: no excess, no smooth dependence, no line."""
     return structure.excess < LEVEL_ALLOWED and not structure.dependences
@@ -55,7 +74,7 @@ def test_a_large_random_walk_of_normal_steps_is_noise(planted, base, white, seed
     chance = Generator().manual_seed(seed)
     bench = planted(lambda run, coil: rate_walk(WALK * white, len(run.time), 20.0, chance), seed)
     solved = bench.solve(tuple(base))
-    assert examine(bench, solved, solved).is_noise
+    assert is_noise(bench, solved, solved)
 
 
 @pytest.mark.parametrize("seed", [1, 2, 3, 4])
@@ -94,7 +113,7 @@ def test_an_effect_that_a_free_function_outdoes_is_not_what_it_is(planted, base,
     assert structure.excess < LEVEL_ALLOWED
     assert _outdone(bench, wrong, before) > 1.0
     assert not structure.is_noise
-    assert examine(bench, right, before).is_noise, "fringes have that shape, with fewer parameters"
+    assert is_noise(bench, right, before), "fringes have that shape, with fewer parameters"
 
 
 def test_a_free_function_is_weighed_at_the_coil_that_suits_it(planted, base, white) -> None:
@@ -163,7 +182,7 @@ def test_the_highest_temperature_is_not_moisture(planted, base, white, seed) -> 
     before = bench.solve(tuple(base))
     wrong = bench.add(before, "moisture")
     assert bench.evidence(before, wrong) > SIGNIFICANT, "a search could name it"
-    assert not examine(bench, wrong, before).is_noise
+    assert not is_noise(bench, wrong, before)
 
 
 def test_what_a_bent_coil_leaves_counts_by_its_evidence_and_by_its_share_of_chi_squared(diagnosis) -> None:
@@ -174,7 +193,7 @@ def test_what_a_bent_coil_leaves_counts_by_its_evidence_and_by_its_share_of_chi_
         for evidence, gain, noise in ((100.0, 1.1 * share, False), (100.0, 0.9 * share, True), (SIGNIFICANT, 1.1 * share, True)):
             base.freed.clear()
             base.freed.update({"the size": Freed(evidence, gain, evidence), "the time": Freed(-1.0, 3.0, -9.0)})
-            assert examine(bench, base, base).is_noise is noise
+            assert is_noise(bench, base, base) is noise
     finally:
         base.freed.clear()
         base.freed.update(known)
@@ -190,7 +209,7 @@ def test_what_happens_at_few_moments_is_no_noise_and_they_are_told(planted, base
 
     bench = planted(door, 1)
     solved = bench.solve(tuple(base))
-    assert not examine(bench, solved, solved).is_noise
+    assert not is_noise(bench, solved, solved)
     assert rarity(bench, solved) > 1.5
     told = moments(bench, solved)
     assert [name for name, _ in told] == ["run_1", "run_1", "run_2"]
@@ -226,7 +245,7 @@ def test_a_burst_is_forgiven_beside_an_effect_that_explains_far_more(planted, ba
     before = bench.solve(tuple(base))
     final = bench.add(before, "supply_voltage")
     assert rarity(bench, final) > 1.5
-    assert examine(bench, final, before).is_noise is noise
+    assert is_noise(bench, final, before) is noise
 
 
 @pytest.mark.parametrize("seed", [1, 2, 3, 4, 5])
@@ -240,7 +259,7 @@ def test_a_right_effect_is_ahead_of_every_free_function(diagnosis, hidden) -> No
     found = diagnosis(hidden)
     bench, base, final = found.bench, found.search.base, found.search.final
     assert final.names[-1] == hidden
-    assert examine(bench, final, base).is_noise
+    assert is_noise(bench, final, base)
     assert SIGNIFICANT < free_dependences(bench, base)[0].evidence < bench.evidence(base, final), "which would do much as well"
 
 
@@ -260,10 +279,10 @@ def test_a_line_is_forgiven_as_what_a_large_effect_leaves_and_not_by_itself(plan
     line = spectral_line(beside, final)
     assert line is not None
     assert line.evidence > LINE
-    assert examine(beside, final, before).is_noise
-    assert not examine(beside, final, final).is_noise, "the same residual, nothing added"
+    assert is_noise(beside, final, before)
+    assert not is_noise(beside, final, final), "the same residual, nothing added"
     solved = alone.solve(tuple(base))
-    assert not examine(alone, solved, solved).is_noise
+    assert not is_noise(alone, solved, solved)
 
 
 def chirp(time: Tensor) -> Tensor:
@@ -279,7 +298,7 @@ def test_what_swings_faster_and_faster_is_no_noise(planted, base, white, seed) -
     found = swings(bench, solved)
     assert found.matters
     assert 600 < found.periods_s[0] < found.periods_s[1] < 2000
-    assert not examine(bench, solved, solved).is_noise
+    assert not is_noise(bench, solved, solved)
     assert restless(bench, solved).startswith("It swings, with no period that stays: every ")
 
 
@@ -296,8 +315,8 @@ def test_what_a_line_with_a_wandering_phase_leaves_around_it_is_its_own(planted,
     before = bench.solve(tuple(base))
     final = bench.add(before, "chamber_cycling")
     assert swings(bench, final).matters, "a band is left"
-    assert examine(bench, final, before).is_noise
-    assert not examine(bench, final, final).is_noise, "the same residual, nothing added"
+    assert is_noise(bench, final, before)
+    assert not is_noise(bench, final, final), "the same residual, nothing added"
 
 
 def test_what_is_left_around_a_line_is_its_own_only_where_that_is_little(planted, base, white) -> None:

@@ -25,6 +25,8 @@ STEEP = {"bias_step"}
 """Effects whose columns jump: two sampling grids see the jump's one sample differently."""
 SHOWN = {("bias_step", "onset"): (0.0, 14.0), ("dead_band", "width"): (0.3, 30.0)}
 """Where shapes must lie to show in the run at hand: of 12 h, turned at up to 9.66 a unit."""
+BY_VALUE = {"polarization"}
+"""Effects whose shapes nearby depend on what the shape is."""
 OF_ONE_RUN = {"chamber_cycling": (1, 2, 3, 4)}
 """Effects with columns of their own in each of these runs; those of all others are in the run that is looked at, run 1."""
 
@@ -127,6 +129,13 @@ def test_shapes_to_try_are_within_the_bounds(effect, span_h, runs) -> None:
         assert float(tried[:, i].max()) <= one.high, one.name
     back = to_physical(to_unit(tried, effect.shape), effect.shape)
     torch.testing.assert_close(back, tried, rtol=1e-9, atol=1e-9)
+
+
+def test_shapes_nearby_are_looked_at_where_the_shape_is(effect) -> None:
+    """On a device that holds no numbers, so that whatever was made elsewhere cannot be mixed in."""
+    if effect.name in BY_VALUE or not effect.shape:
+        pytest.skip("looks at the values, or has none")
+    assert effect.shapes_near(effect.shape_value.detach().to("meta"), 36_000.0).device.type == "meta"
 
 
 # What columns are

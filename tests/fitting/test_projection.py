@@ -101,3 +101,14 @@ def test_what_is_left_outside_a_span_is_orthogonal_to_it_and_stays() -> None:
     weights = project(torch.cat([basis, columns[0]], 1), drawn(100, seed=5))
     inside = project(left[0], drawn(100, seed=5) - basis @ (basis.mT @ drawn(100, seed=5)))
     assert float(inside.cost) == pytest.approx(float(weights.cost), rel=1e-8), "Frisch–Waugh: as if fitted together"
+
+
+@pytest.mark.parametrize("dtype", [torch.float32, torch.float64])
+def test_a_column_with_nothing_in_it_explains_nothing(dtype: torch.dtype) -> None:
+    """In single precision as well, where no number is so small that it could stand for its length."""
+    columns, target = drawn(50, 3).to(dtype), drawn(50, 1, seed=3).squeeze(1).to(dtype)
+    with_empty = torch.stack([columns, torch.zeros_like(columns)])
+    found = project(with_empty, target)
+    assert float(found.cost[1]) == pytest.approx(float(target.square().sum()))
+    assert bool((found.amplitudes[1] == 0).all())
+    assert float(found.cost[0]) == pytest.approx(float(project(columns, target).cost))

@@ -6,7 +6,7 @@ import pytest
 import torch
 from torch import Tensor
 
-from zoo.models.places import LAG, LEAD, START, coil, coil_parameters, first_rates, histories
+from zoo.models.places import LAG, LEAD, START, coil, coil_parameters, first_rates, histories, housing_last
 from zoo.physics.lag import lagged
 
 HALF_DEGREE_PER_MINUTE = 0.5 / 60
@@ -38,6 +38,16 @@ def test_what_is_fitted_depends_on_the_thermometers() -> None:
     several = coil_parameters(["temperature_c", "temperature_outer_c", "temperature_flange_c"])
     assert [one.name for one in several] == ["lag", "weight_outer", "weight_flange"]
     assert all((one.low, one.high) == (0.0, 1.0) for one in several[1:])
+
+
+def test_the_thermometer_called_the_housings_is_taken_for_it_and_else_the_last() -> None:
+    assert housing_last(["temperature_c"]) == ["temperature_c"]
+    assert housing_last(["temperature_c", "temperature_outer_c", "temperature_air_c"]) == [
+        "temperature_c",
+        "temperature_air_c",
+        "temperature_outer_c",
+    ]
+    assert housing_last(["temperature_c", "temperature_pcb_c", "temperature_air_c"]) == ["temperature_c", "temperature_pcb_c", "temperature_air_c"]
 
 
 @pytest.mark.parametrize("weight", [0, 1])

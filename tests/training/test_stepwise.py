@@ -150,9 +150,10 @@ def test_normal_equations_are_those_of_the_jacobian_in_pieces_or_not(make_run, m
 
 def test_levenberg_marquardt_resumes_to_where_an_uninterrupted_one_ends(make_run, tmp_path) -> None:
     fit = partial(train, runs=[make_run(bend=0.5, noise=0.05)], optimizer=LevenbergMarquardt(), seeds=3)
-    fit(BP(FEATURES), epochs=20, out=tmp_path / "whole")
-    fit(BP(FEATURES), epochs=8, out=tmp_path / "part")
-    fit(BP(FEATURES), epochs=20, resume=tmp_path / "part" / CHECKPOINT, out=tmp_path / "again")
+    told = fit(BP(FEATURES), epochs=20, init=SwarmInit(pso, 6, 5), out=tmp_path / "whole")
+    fit(BP(FEATURES), epochs=8, init=SwarmInit(pso, 6, 5), out=tmp_path / "part")
+    again = fit(BP(FEATURES), epochs=20, init=SwarmInit(pso, 6, 5), resume=tmp_path / "part" / CHECKPOINT, out=tmp_path / "again")
+    assert again["evaluations"] == told["evaluations"] > 30, "those of the swarm, which was skipped, included"
     ends = {name: [list(one.state.values()) for one in read_members(tmp_path / name)] for name in ("whole", "part", "again")}
     for whole, again in zip(ends["whole"], ends["again"], strict=True):
         assert all(torch.equal(*pair) for pair in zip(whole, again, strict=True))

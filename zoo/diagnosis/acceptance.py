@@ -6,7 +6,7 @@ import math
 
 from zoo.diagnosis.corrections import stands_apart
 from zoo.diagnosis.cross_validation import segment_cost
-from zoo.diagnosis.structure import examine
+from zoo.diagnosis.structure import leaves_noise
 from zoo.diagnosis.trials import OVERWHELMING, Trial
 from zoo.diagnosis.workbench import FAR, QUIET, Solved, Workbench
 
@@ -47,15 +47,15 @@ def convinces(bench: Workbench, base: Solved, before: Solved, best: Trial, candi
         return False
     if _material(bench, before, best.solved) and segment_cost(bench, best.solved) < segment_cost(bench, before):
         return True
-    return examine(bench, best.solved, base).is_noise
+    return leaves_noise(bench, best.solved, base)
 
 
 def _saves(bench: Workbench, base: Solved, before: Solved, best: Trial) -> bool:
     """Whether an addition leaves noise by taking most away, of what was none or, on strong evidence, might be a walk."""
     assert best.solved is not None
-    if best.solved.rms**2 >= (1.0 - MOST) * before.rms**2 or not examine(bench, best.solved, base).is_noise:
+    if best.solved.rms**2 >= (1.0 - MOST) * before.rms**2 or not leaves_noise(bench, best.solved, base):
         return False
-    return best.evidence > ACCEPT or not examine(bench, before, base).is_noise
+    return best.evidence > ACCEPT or not leaves_noise(bench, before, base)
 
 
 def _material(bench: Workbench, before: Solved, after: Solved) -> bool:
@@ -85,7 +85,7 @@ def _mops_up(bench: Workbench, base: Solved, before: Solved, addition: Trial) ->
     if explained <= 0:
         return False
     little = addition.evidence < OVERWHELMING and more < MOPPING_UP * explained
-    return little or (addition.evidence < MINOR * bench.evidence(base, before) and examine(bench, before, base).is_noise)
+    return little or (addition.evidence < MINOR * bench.evidence(base, before) and leaves_noise(bench, before, base))
 
 
 def pruned(bench: Workbench, full: Solved, base: Solved) -> Solved:
@@ -98,6 +98,6 @@ def pruned(bench: Workbench, full: Solved, base: Solved) -> Solved:
         less = bench.without(full, name)
         own = bench.evidence(less, full)
         minor = own < MINOR * bench.evidence(base, full)
-        if own < ACCEPT or (minor and examine(bench, less, base).is_noise and not stands_apart(bench, base, less, full, own, ACCEPT)):
+        if own < ACCEPT or (minor and leaves_noise(bench, less, base) and not stands_apart(bench, base, less, full, own, ACCEPT)):
             full = less
     return full

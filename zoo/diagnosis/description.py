@@ -15,7 +15,7 @@ from zoo.diagnosis.forms import POLYNOMIALS, wave
 from zoo.diagnosis.free_functions import TOGETHER, FreeFunction, functions_of, weigh
 from zoo.diagnosis.quantities import CLOCK, RATE, SIZE
 from zoo.diagnosis.restless import restless
-from zoo.diagnosis.structure import MATERIAL, SIGNIFICANT, examine
+from zoo.diagnosis.structure import MATERIAL, SIGNIFICANT, leaves_noise
 from zoo.diagnosis.workbench import Solved, Workbench
 from zoo.effects.base import Parameter
 
@@ -80,7 +80,7 @@ def share_of(solved: Solved, base: Solved) -> float:
 
 def _makes_noise(forms: FormBench, best: Tried) -> bool:
     """Whether a form leaves noise: then it is what was missing, however little of the variance a bent coil and flicker had left of it."""
-    return examine(forms.bench, best.solved, best.solved).is_noise
+    return leaves_noise(forms.bench, best.solved, best.solved)
 
 
 def _nothing_smooth(bench: Workbench, base: Solved) -> Description:

@@ -10,7 +10,7 @@ import torch
 
 from zoo.diagnosis.acceptance import ACCEPT, best_of, convinces, pruned
 from zoo.diagnosis.screening import Screened, screen
-from zoo.diagnosis.structure import examine
+from zoo.diagnosis.structure import leaves_noise
 from zoo.diagnosis.trials import REFITS, Step, Trial, glances, refit, round_of
 from zoo.diagnosis.workbench import FAR, Solved, Workbench
 from zoo.scoring.noise import white_level
@@ -79,7 +79,7 @@ def search(bench: Workbench, base: Solved, candidates: list[str], progress: Call
         _forward(bench, found, candidates, progress)
         if found.final.rms > FAR * bench.mixtures.white or not _exchange(bench, found, candidates, progress):
             break
-    if len(found.missing) < 2 and not examine(bench, found.final, base).is_noise:
+    if len(found.missing) < 2 and not leaves_noise(bench, found.final, base):
         if _single(bench, found):
             _forward(bench, found, candidates, progress)
         else:
@@ -94,7 +94,7 @@ def _drop(bench: Workbench, found: Search) -> None:
     for name in found.missing if len(found.missing) > 1 else []:
         less = bench.without(found.final, name)
         little = bench.evidence(less, found.final) < ACCEPT
-        if little and not (examine(bench, found.final, found.base).is_noise and not examine(bench, less, found.base).is_noise):
+        if little and not (leaves_noise(bench, found.final, found.base) and not leaves_noise(bench, less, found.base)):
             found.keep(less)
 
 
@@ -117,7 +117,7 @@ def _single(bench: Workbench, found: Search) -> bool:
         if single.solved is None or single.evidence < ACCEPT + math.log(max(len(first.trials), 1)):
             continue
         alone = _finished(bench, found.base, single.solved)
-        if examine(bench, alone, found.base).is_noise:
+        if leaves_noise(bench, alone, found.base):
             first.chosen = single.screened.name
             found.keep(alone)
             return True
@@ -141,7 +141,7 @@ def _pair(bench: Workbench, found: Search, candidates: list[str], progress: Call
         if best.solved is None or not best.refitted or best.evidence < ACCEPT or single.evidence + best.evidence < price:
             continue
         both = pruned(bench, _finished(bench, found.base, best.solved), found.base)
-        if len(both.names) == len(best.solved.names) and examine(bench, both, found.base).is_noise:
+        if len(both.names) == len(best.solved.names) and leaves_noise(bench, both, found.base):
             step.chosen = best.screened.name
             found.keep(both)
             _exchange(bench, found, candidates, progress)

@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator
 from dataclasses import dataclass
+from functools import cached_property
 
 import torch
 from torch import Tensor
@@ -97,27 +99,112 @@ def examine(bench: Workbench, final: Solved, base: Solved) -> Structure:
         final: the model to judge.
         base: the model before anything was added.
     """
-    dof = max(bench.blocks - final.freedom, 1)
-    excess = final.likely.cost / dof - 1.0
-    explained = float(base.residual.square().mean() - final.residual.square().mean()) / bench.noise_floor(final) ** 2
-    forgiven = min(SHARE_ALLOWED * max(explained, 0.0), LEVEL_ALLOWED_AFTER)
-    lines = _lines(bench, final, base)
-    tried, line = free_dependences(bench, final), spectral_line(bench, final, lines)
-    level = excess / (LEVEL_ALLOWED + 3.0 * math.sqrt(2.0 / dof) + forgiven)
-    shape = max((min(one.evidence / SIGNIFICANT, one.explains * (1.0 + excess) / (MATERIAL + forgiven)) for one in tried), default=0.0)
-    wave = 0.0 if line is None else line.evidence / LINE
-    if line is not None and forgiven > 0:
-        wave = min(wave, line.explains * (1.0 + excess) / forgiven)
-    band, levels = swings(bench, final, lines), switching(bench, final)
-    for strength, share in ((band.evidence / BAND, band.share), (levels.evidence / TWO_LEVELS, levels.share)):
-        wave = max(wave, min(strength, share * (1.0 + excess) / forgiven if forgiven > 0 else math.inf))
-    strain = max(0.0, level, shape, wave, _jumps(bench, final, final.names == base.names, forgiven), _outdone(bench, final, base))
-    if strain <= 1.0 and final.names == base.names:
-        strain = max(strain, _bent_to(bench, base))
-    if final.rms < QUIET * bench.mixtures.white:
-        strain = min(strain, 1.0)
-    found = (*[one for one in tried if one.matters], *([line] if line is not None and line.matters else []))
-    return Structure(strain, excess, found)
+    test = _Test(bench, final, base)
+    strains = list(test.strains())
+    strain = min(max(0.0, *strains), 1.0) if test.quiet else max(0.0, *strains)
+    found = (*[one for one in test.tried if one.matters], *([test.line] if test.line is not None and test.line.matters else []))
+    return Structure(strain, test.excess, found)
+
+
+def leaves_noise(bench: Workbench, final: Solved, base: Solved) -> bool:
+    """Whether the residual of a model is noise: what `examine` finds, no further than it takes to know.
+
+    Args:
+        bench: the runs.
+        final: the model to judge.
+        base: the model before anything was added.
+    """
+    test = _Test(bench, final, base)
+    return test.quiet or all(strain <= 1.0 for strain in test.strains())
+
+
+@dataclass(frozen=True, eq=False)
+class _Test:
+    """The parts of the absolute test, see `examine`; each is reckoned when it is asked for."""
+
+    bench: Workbench
+    final: Solved
+    base: Solved
+
+    @property
+    def quiet(self) -> bool:
+        """Whether there is nothing left to explain."""
+        return self.final.rms < QUIET * self.bench.mixtures.white
+
+    @property
+    def alone(self) -> bool:
+        """Whether nothing was added."""
+        return self.final.names == self.base.names
+
+    @property
+    def dof(self) -> int:
+        """Degrees of freedom that the model leaves."""
+        return max(self.bench.blocks - self.final.freedom, 1)
+
+    @cached_property
+    def excess(self) -> float:
+        """χ² per degree of freedom − 1."""
+        return self.final.likely.cost / self.dof - 1.0
+
+    @cached_property
+    def forgiven(self) -> float:
+        """Share of the noise variance that the simplified form of what was added may leave."""
+        explained = float(self.base.residual.square().mean() - self.final.residual.square().mean()) / self.bench.noise_floor(self.final) ** 2
+        return min(SHARE_ALLOWED * max(explained, 0.0), LEVEL_ALLOWED_AFTER)
+
+    @cached_property
+    def lines(self) -> tuple[float, ...]:
+        """Frequencies of lines whose surroundings are their own [Hz]."""
+        return _lines(self.bench, self.final, self.base)
+
+    @cached_property
+    def line(self) -> Dependence | None:
+        """The frequency that stands out most."""
+        return spectral_line(self.bench, self.final, self.lines)
+
+    @cached_property
+    def tried(self) -> list[Dependence]:
+        """What free functions would explain."""
+        return free_dependences(self.bench, self.final)
+
+    def strains(self) -> Iterator[float]:
+        """Each part over what is allowed for it, those first that take least time; the last only where no other is more than allowed."""
+        strained = False
+        for part in (self._level, self._line, self._swings, self._jumps, self._levels, self._shape, self._outdone):
+            strain = part()
+            strained = strained or strain > 1.0
+            yield strain
+        if self.alone and not strained:
+            yield _bent_to(self.bench, self.base)
+
+    def _level(self) -> float:
+        return self.excess / (LEVEL_ALLOWED + 3.0 * math.sqrt(2.0 / self.dof) + self.forgiven)
+
+    def _line(self) -> float:
+        if self.line is None:
+            return 0.0
+        return self._wave(self.line.evidence / LINE, self.line.explains)
+
+    def _swings(self) -> float:
+        band = swings(self.bench, self.final, self.lines)
+        return self._wave(band.evidence / BAND, band.share)
+
+    def _levels(self) -> float:
+        levels = switching(self.bench, self.final)
+        return self._wave(levels.evidence / TWO_LEVELS, levels.share)
+
+    def _wave(self, strength: float, share: float) -> float:
+        return min(strength, share * (1.0 + self.excess) / self.forgiven if self.forgiven > 0 else math.inf)
+
+    def _jumps(self) -> float:
+        return _jumps(self.bench, self.final, self.alone, self.forgiven)
+
+    def _shape(self) -> float:
+        allowed = MATERIAL + self.forgiven
+        return max((min(one.evidence / SIGNIFICANT, one.explains * (1.0 + self.excess) / allowed) for one in self.tried), default=0.0)
+
+    def _outdone(self) -> float:
+        return _outdone(self.bench, self.final, self.base)
 
 
 def _lines(bench: Workbench, final: Solved, base: Solved) -> tuple[float, ...]:

@@ -243,9 +243,7 @@ class Workbench:
         """
         return self.taken((*base.names, name), self.extended(base, name, shape, far, start), base.likely.place)
 
-    def extended(
-        self, base: Solved, name: str, shape: Tensor, far: bool = True, start: Tensor | None = None, looked: Tensor | None = None
-    ) -> Fit:
+    def extended(self, base: Solved, name: str, shape: Tensor, far: bool = True, start: Tensor | None = None, looked: Tensor | None = None) -> Fit:
         """The same without anything being kept of it, see `fitted`; `looked` is θ (P+S,) elsewhere, where all shapes were tried there already."""
         near = torch.cat([base.fit.theta, to_unit(shape, self.effects[name].shape).to(base.fit.theta)])
         if start is None:

@@ -37,7 +37,7 @@ class BiasStep(Effect):
 
     def shapes_near(self, shape: Tensor, span_s: float) -> Tensor:
         """Onsets from the one tried before to the one tried after, see `Effect.shapes_near`."""
-        between = torch.linspace(-1.0, 1.0, FINER, dtype=shape.dtype) / ONSETS * min(span_s / 3600.0, self.shape[0].high)
+        between = torch.linspace(-1.0, 1.0, FINER, dtype=shape.dtype, device=shape.device) / ONSETS * min(span_s / 3600.0, self.shape[0].high)
         onsets = (shape[0] + between).clamp(self.shape[0].low, self.shape[0].high)
         return torch.stack([onsets, shape[1].expand(FINER)], dim=-1)
 

@@ -30,7 +30,15 @@ class Hysteresis(Effect):
         ),
     )
     amplitudes = (
-        Parameter("amplitude", 0.0, "unit", -10.0, 10.0, source="prior: 0.002–0.02 medium, 0.05–0.5 tactical", meaning="half the saturated loop"),
+        Parameter(
+            "amplitude",
+            0.0,
+            "unit",
+            -10.0,
+            10.0,
+            source="prior: loops five times as narrow, 0.002–0.02 medium",
+            meaning="all relays up less all down, half of it",
+        ),
     )
     formula = "A·mean_r tanh((play_r(T) − c0)/s)"
     source = "Preisach; Al Janaideh et al. 2009, Smart Mater. Struct. 18:045001"
@@ -40,10 +48,8 @@ class Hysteresis(Effect):
     def columns(self, history: History, shape: Tensor) -> Tensor:
         """The normalised operator in −1…1, see `Effect.columns`."""
         width, centre, spread = shape[..., 0:1], shape[..., 1:2], shape[..., 2:3]
-        total = torch.zeros((), dtype=history.temperature.dtype, device=history.temperature.device)
-        for factor in WIDTHS:
-            total = total + torch.tanh((play(history.temperature, factor * width) - centre) / spread)
-        return (total / len(WIDTHS)).unsqueeze(-1)
+        plays = [torch.tanh((play(history.temperature, factor * width) - centre) / spread) for factor in WIDTHS]
+        return (sum(plays[1:], plays[0]) / len(WIDTHS)).unsqueeze(-1)
 
 
 def play(temperature: Tensor, width: Tensor) -> Tensor:

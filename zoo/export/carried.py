@@ -52,7 +52,9 @@ class Next(nn.Module):
 
 def packed(states: list[Tensor], shapes: list[torch.Size]) -> Tensor:
     """(S,) the states one after another; a state that the first row leaves narrower than later ones is widened."""
-    return torch.cat([torch.zeros(0, dtype=torch.float64), *(state.expand(shape).reshape(-1) for state, shape in zip(states, shapes, strict=True))])
+    if not states:
+        return torch.zeros(0, dtype=torch.float64)
+    return torch.cat([state.expand(shape).reshape(-1) for state, shape in zip(states, shapes, strict=True)])
 
 
 def in_pieces(model: Model, x: Tensor) -> tuple[First, Next]:

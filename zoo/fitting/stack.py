@@ -138,6 +138,4 @@ def _one(history: History, i: int, number: int, length: int) -> History:
         return mine.squeeze(0) if len(mine) == 1 else mine
 
     of_place = {name: own(getattr(history, name)) for name in OF_PLACE}
-    return replace(
-        history, time=history.time[:length], run=number, inputs={name: own(value) for name, value in history.inputs.items()}, **of_place
-    )
+    return replace(history, time=history.time[:length], run=number, inputs={name: own(value) for name, value in history.inputs.items()}, **of_place)

@@ -127,7 +127,7 @@ def prediction_sources(path: Path, present: Sequence[str], unit: str, time: str 
 
 
 def keep_shared(layouts: Sequence[Layout]) -> list[Layout]:
-    """Leaves out thermometers and inputs that not all the runs have, with a note in the runs that had them.
+    """Leaves out thermometers and inputs that not all the runs have, with a note in the runs that had them; the others come as in the first run.
 
     Raises:
         InputError: the outputs' units differ.
@@ -138,7 +138,9 @@ def keep_shared(layouts: Sequence[Layout]) -> list[Layout]:
             said = (f"{one.path} is in {units.symbol(one.unit)} ({one.output.column})" for one in (first, other))
             raise InputError(f"{', '.join(said)}\nruns that are read together need one unit")
     shared = set.intersection(*({source.name for source in one.inputs} for one in layouts))
-    return [_without(one, [source.name for source in one.inputs if source.name not in shared]) for one in layouts]
+    place = {source.name: i for i, source in enumerate(first.inputs)}
+    kept = [_without(one, [source.name for source in one.inputs if source.name not in shared]) for one in layouts]
+    return [replace(one, inputs=tuple(sorted(one.inputs, key=lambda source: place[source.name]))) for one in kept]
 
 
 def _without(one: Layout, names: list[str]) -> Layout:
@@ -200,10 +202,10 @@ def _time(path: Path, present: Sequence[str], mapped: Mapping[str, str], unit: s
 
 
 def _thermometers(present: Sequence[str], mapped: Mapping[str, str]) -> list[Source]:
-    """Thermometers beside the main one: mapped as ``temperature_NAME``, or called ``temperature_NAME_c``."""
+    """Thermometers beside the main one: called ``temperature_NAME_c``, in the header's order; mapped as ``temperature_NAME``, in the order given."""
     found = {name: name for name in present if re.fullmatch(r"temperature_\w+_c", name) and name not in mapped.values()}
     found |= {f"{role.removesuffix('_c')}_c": name for role, name in mapped.items() if role.startswith("temperature_")}
-    return [Source(name, column, units.output_suffix(column, "temperature") or "c", "c") for name, column in sorted(found.items())]
+    return [Source(name, column, units.output_suffix(column, "temperature") or "c", "c") for name, column in found.items()]
 
 
 def _output(path: Path, present: Sequence[str], mapped: Mapping[str, str], output_unit: str | None) -> Source:

@@ -12,7 +12,7 @@ from zoo.effects.bounds import to_physical, to_unit
 from zoo.effects.sum import Sum
 from zoo.errors import InputError
 from zoo.models.base import Model
-from zoo.models.places import coil_parameters, histories
+from zoo.models.places import coil_parameters, histories, housing_last
 
 UNSEEN = -1
 """Number of a run that was not fitted: what happened once in a fitted run does not happen in it."""
@@ -40,7 +40,7 @@ class GrayBox(Model):
         super().__init__()
         self.inputs = list(inputs)
         self.in_motion = in_motion
-        self.thermometers = [name for name in inputs if name.startswith("temperature_")]
+        self.thermometers = housing_last([name for name in inputs if name.startswith("temperature_")])
         self.effects = Sum(effects)
         for name, effect in effects.items():
             missing = [column for column in effect.needs if column not in inputs]

@@ -35,6 +35,8 @@ LEAD = Parameter(
     "time by which the coil leads the thermometer in a steady ramp; negative where it lags",
     within=900.0,
 )
+HOUSING = ("temperature_outer_c", "temperature_housing_c", "temperature_case_c")
+"""What the thermometer on the housing may be called."""
 WEIGHT = Parameter("weight", 0.5, "1", 0.0, 1.0, "linear", "a coil between two thermometers", "share of this thermometer in what heats the coil")
 
 
@@ -70,13 +72,21 @@ def _kept(time: Tensor, rates: Tensor) -> Tensor:
     return left(before.unsqueeze(-1), before)[:-1, 0]
 
 
+def housing_last(names: list[str]) -> list[str]:
+    """Columns of thermometers, the main one first: as they come, but the one on the housing last, where one is called so.
+
+    The last one stands for the housing; one in the chamber's air is no better, for the housing follows it by minutes.
+    """
+    return sorted(names, key=lambda name: name in HOUSING and name != names[0])
+
+
 def coil_parameters(thermometers: list[str], in_motion: bool = False) -> tuple[Parameter, ...]:
     """What has to be fitted to know the coil's temperature.
 
     One thermometer: a two-pole lag, and the lead that is left in a steady ramp. Several: a lag behind a weighted mean of them.
 
     Args:
-        thermometers: columns, the main one first.
+        thermometers: columns, the main one first and the housing's last.
         in_motion: whether records start while the temperature moves, so that the coil's first temperature has to be fitted.
     """
     first = (START,) if in_motion else ()
@@ -137,7 +147,7 @@ def histories(
 ) -> dict[str, History]:
     """The history at each place.
 
-    The housing's temperature is that of the last thermometer named, which should be the one nearest to the chamber's air.
+    The housing's temperature is that of the last thermometer, see `housing_last`.
 
     Args:
         time: (T,) as recorded [s].

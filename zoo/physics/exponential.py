@@ -34,6 +34,6 @@ def exponential_weights(x: Tensor) -> tuple[Tensor, Tensor, Tensor]:
 def _series(x: Tensor, terms: tuple[float, ...]) -> Tensor:
     """The polynomial with these coefficients, the constant one last (Horner)."""
     total = torch.full_like(x, terms[0])
-    for term in torch.tensor(terms[1:], dtype=x.dtype, device=x.device):
-        total = torch.addcmul(term, total, x)
+    for term in terms[1:]:
+        total = total * x + term  # numbers, not tensors: in an exported program these would stay on one device
     return total

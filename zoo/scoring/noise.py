@@ -10,13 +10,13 @@ from statistics import NormalDist
 import torch
 from torch import Tensor
 
+from zoo.scoring.inverse_root import InverseRoot
+
 CHAIN_RATIO = 4.0
 WHITENED_AT_ONCE = 1000
 DIFFERENCED = 3
 MOSTLY_FILLED = 0.7
 """Share of columns with anything in them above which sorting them out costs more than it saves."""
-BANDS, WORTH_BANDS = 6, 5_000
-"""Into how many a triangular matrix is cut, and how many numbers make that worth while."""
 NORMAL = NormalDist()
 
 
@@ -137,26 +137,21 @@ class Whitener:
             runs: block means of each run, N_r each.
         """
         pieces = [piece for run in runs for piece in run.pieces]
-        roots: dict[Blocks, Tensor] = {}
+        roots: dict[Blocks, InverseRoot] = {}
         whose: dict[Blocks, Blocks] = {}
         for piece in sorted(dict.fromkeys(pieces), key=lambda one: -len(one.time)):
             whose[piece] = next((one for one in roots if piece.begins(one)), piece)
             if whose[piece] is piece:
-                roots[piece] = _inverse_root(noise.covariance(piece))
+                roots[piece] = InverseRoot(noise.covariance(piece))
         self.sizes = [len(piece.time) for piece in pieces]
-        self.factors = [roots[whose[piece]][:size, :size] for piece, size in zip(pieces, self.sizes, strict=True)]
+        self.factors = [roots[whose[piece]].matrix[:size, :size] for piece, size in zip(pieces, self.sizes, strict=True)]
         self.shared = [(root, [i for i, piece in enumerate(pieces) if whose[piece] is own]) for own, root in roots.items()]
         self.log_determinant = -2.0 * sum(float(factor.diagonal().log().sum()) for factor in self.factors)
 
-    @cached_property
-    def _single(self) -> list[Tensor]:
-        return [root.float() for root, _ in self.shared]
-
     def __call__(self, columns: Tensor) -> Tensor:
         """Whiten (..., N, K) -> (..., N, K), dimensionless, in the precision of what it is given."""
-        roots = [root for root, _ in self.shared] if columns.dtype == torch.float64 else self._single
         pieces = list(columns.movedim(-2, 0).reshape(columns.shape[-2], -1).split(self.sizes))
-        for root, (_, places) in zip(roots, self.shared, strict=True):
+        for root, places in self.shared:
             # One product for all pieces recorded alike, and whatever the batch: with few columns it takes as long as reading the root does.
             product = _product(root, torch.cat([_lasting(pieces[i], len(root)) for i in places], dim=1))
             for i, part in zip(places, product.chunk(len(places), dim=1), strict=True):
@@ -169,30 +164,14 @@ def _lasting(piece: Tensor, size: int) -> Tensor:
     return piece if len(piece) == size else torch.nn.functional.pad(piece, (0, 0, 0, size - len(piece)))
 
 
-def _inverse_root(covariance: Tensor) -> Tensor:
-    """(N, N) lower triangular; the root of the first of its rows and columns is the first of it."""
-    factor = torch.linalg.cholesky(covariance)
-    return torch.linalg.solve_triangular(factor, torch.eye(len(factor), dtype=factor.dtype, device=factor.device), upper=False)
-
-
-def _product(factor: Tensor, piece: Tensor) -> Tensor:
-    """Factor @ piece; where most columns are zero in this piece, as those of other runs are, without them."""
+def _product(root: InverseRoot, piece: Tensor) -> Tensor:
+    """Root @ piece; where most columns are zero in this piece, as those of other runs are, without them."""
     filled = (piece != 0).any(dim=0)
     if int(filled.sum()) > MOSTLY_FILLED * len(filled):
-        return _lower_product(factor, piece)
+        return root @ piece
     product = torch.zeros_like(piece)
-    product[:, filled] = _lower_product(factor, piece[:, filled])
+    product[:, filled] = root @ piece[:, filled]
     return product
-
-
-def _lower_product(factor: Tensor, piece: Tensor) -> Tensor:
-    """The product with a lower triangular matrix, band by band, so that most of what is zero is not multiplied."""
-    if piece.numel() < WORTH_BANDS:
-        return factor @ piece
-    size = len(factor)
-    rows = -(-size // BANDS)
-    bands = [(start, min(start + rows, size)) for start in range(0, size, rows)]
-    return torch.cat([factor[start:end, :end] @ piece[:end] for start, end in bands])
 
 
 def effective_samples(noise: NoiseModel, runs: list[Blocks]) -> float:

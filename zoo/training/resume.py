@@ -11,7 +11,7 @@ from torch import Tensor
 
 from zoo.errors import InputError
 from zoo.training.checkpoints import CHECKPOINT
-from zoo.training.module import FINISHED, OPTIMIZER, SETTINGS, Training, lowered
+from zoo.training.module import EVALUATIONS, FINISHED, OPTIMIZER, SETTINGS, Training, lowered
 
 STATE = "stepwise"
 """Key of the state that steps of no gradient descent go on from."""
@@ -34,8 +34,8 @@ def unfinished(folder: Path, settings: str) -> Path | None:
     return path if checkpoint.get(FINISHED) is False and checkpoint.get(SETTINGS) == settings else None
 
 
-def stepwise_state(path: Path, stepper: str, shape: tuple[int, int], steps: int, goal: float | None) -> tuple[int, dict[str, Tensor]]:
-    """Steps done and state of a training by steps.
+def stepwise_state(path: Path, stepper: str, shape: tuple[int, int], steps: int, goal: float | None) -> tuple[int, int, dict[str, Tensor]]:
+    """Steps done, evaluations of the model before the first of them, and state of a training by steps.
 
     Args:
         path: the checkpoint.
@@ -58,7 +58,7 @@ def stepwise_state(path: Path, stepper: str, shape: tuple[int, int], steps: int,
         raise InputError(f"resume={path}: has done {done} steps already, of {steps}; raise epochs")
     if lowered(checkpoint, goal):
         state["settled"] = torch.zeros_like(state["settled"])
-    return done, state
+    return done, int(checkpoint.get(EVALUATIONS, 0)), state
 
 
 def _read(path: Path) -> dict[str, Any]:

@@ -79,17 +79,17 @@ def fit_stepwise(
     if schedule.batch_size is not None:
         raise InputError(f"batch_size={schedule.batch_size}: {type(method).__name__} steps on all blocks at once; leave it out")
     problem = Problem.of_runs(model, runs, schedule.device)
-    most, done = method.most_steps(schedule.epochs), 0
+    most, done, drawn = method.most_steps(schedule.epochs), 0, 0
     if schedule.resume is None:
         state = method.start(problem, init.weights(problem, len(seeds), log) if method.starts_from_init else None, seeds)
+        drawn = init.evaluations if method.starts_from_init else 0
     else:
-        done, kept = stepwise_state(schedule.resume, type(method).__name__, (len(seeds), problem.size), most, schedule.goal)
+        done, drawn, kept = stepwise_state(schedule.resume, type(method).__name__, (len(seeds), problem.size), most, schedule.goal)
         state = method.restored(problem, kept)
     module = Training(model, goal=schedule.goal, settings=schedule.settings)
-    module.stepper = type(method).__name__
+    module.stepper, module.evaluations = type(method).__name__, drawn
     state = _stepped(problem, method, state, range(done, most), schedule.goal, module, out, log)
     losses, steps, evaluations = problem.losses(state.weights).tolist(), method.steps_of(state), method.evaluations(state)
-    drawn = init.evaluations if method.starts_from_init else 0
     members = []
     for k in [k for k, loss in enumerate(losses) if math.isfinite(loss)]:
         set_weights(model, state.weights[k])

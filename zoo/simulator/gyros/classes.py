@@ -48,7 +48,7 @@ MEDIUM = GyroClass(
         "mohr": (0.02, 0.3),
         "rate_temperature_coupling": (1e-4, 3e-3),
         "sensor_lag": (5e-4, 5e-3),
-        "hysteresis": (0.002, 0.02),
+        "hysteresis": (0.01, 0.1),  # half-width of the loop a fifth of that: 0.002 to 0.02 °/h
         "polarization": (0.002, 0.03),
         "warm_up": (0.02, 0.3),
         "aging": (0.005, 0.05),
@@ -86,7 +86,7 @@ TACTICAL = replace(
         "mohr": (0.1, 2.0),
         "rate_temperature_coupling": (1e-3, 2e-2),
         "sensor_lag": (0.01, 0.1),
-        "hysteresis": (0.05, 0.5),
+        "hysteresis": (0.25, 2.5),
         "polarization": (0.02, 0.5),
         "warm_up": (0.3, 3.0),
         "aging": (0.05, 0.5),
