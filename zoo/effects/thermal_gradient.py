@@ -11,8 +11,8 @@ from zoo.effects.base import Effect, History, Parameter, spread
 class ThermalGradient(Effect):
     """Error b_g·ΔT + b_i·ΔT_i: strain and birefringence of a winding that is warmer on one side.
 
-    ΔT is what two thermometers measure, the one nearest the air less the main one, and ΔT_i the main one less the estimated coil: together the
-    difference between any two of air, spool and winding. With one thermometer both are ΔT_i, which for a coil of one time constant is τ·dT/dt,
+    ΔT is what two thermometers measure, the one on the housing less the main one, and ΔT_i the main one less the estimated coil: together the
+    difference between any two of housing, spool and winding. With one thermometer both are ΔT_i, which for a coil of one time constant is τ·dT/dt,
     Mohr's column: only a second thermometer or heat from inside tells the two apart.
     """
 
