@@ -27,20 +27,21 @@ class Projection(NamedTuple):
 def project(columns: Tensor, target: Tensor) -> Projection:
     """Least-squares amplitudes of each column set.
 
-    As if columns had unit norm, a ridge of 1e-10 keeps collinear columns harmless (their common amplitude is split between them).
+    Columns are scaled to unit norm first; a ridge of 1e-10 keeps collinear columns harmless (their common amplitude is split between them).
 
     Args:
         columns: (..., N, K).
         target: (N,) or (..., N).
     """
-    gram, right = columns.mT @ columns, (columns.mT @ target.unsqueeze(-1)).squeeze(-1)
-    norm = gram.diagonal(dim1=-2, dim2=-1).sqrt().clamp_min(torch.finfo(gram.dtype).tiny)
-    gram = gram / norm.unsqueeze(-1) / norm.unsqueeze(-2)
-    gram.diagonal(dim1=-2, dim2=-1).add_(RIDGE)
+    norm = columns.norm(dim=-2, keepdim=True).clamp_min(torch.finfo(columns.dtype).tiny)
+    scaled = columns / norm
+    gram = scaled.mT @ scaled
+    gram = gram + RIDGE * torch.eye(gram.shape[-1], dtype=gram.dtype, device=gram.device)
+    right = scaled.mT @ target.unsqueeze(-1)
     factor, _ = torch.linalg.cholesky_ex(gram)
-    weights = torch.cholesky_solve((right / norm).unsqueeze(-1), factor).squeeze(-1) / norm
-    residual = target - (columns @ weights.unsqueeze(-1)).squeeze(-1)
-    return Projection(weights, residual, residual.square().sum(-1))
+    weights = torch.cholesky_solve(right, factor)
+    residual = target - (scaled @ weights).squeeze(-1)
+    return Projection((weights / norm.mT).squeeze(-1), residual, residual.square().sum(-1))
 
 
 def orthonormal(columns: Tensor, tolerance: float = 1e-7) -> Tensor:
