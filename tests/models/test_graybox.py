@@ -47,6 +47,18 @@ def full(request) -> GrayBox:
     return model
 
 
+def test_the_housing_is_where_its_thermometer_is_whichever_column_that_is() -> None:
+    """With one in the air behind it, and one on the spool's other side before it."""
+    more = [*TWO[:2], "temperature_flange_c", "temperature_outer_c", "temperature_air_c", *TWO[3:]]
+    model = graybox(["misalignment"], more)
+    x = torch.randn(50, len(more), generator=Generator().manual_seed(1), dtype=torch.float64)
+    x[:, 0] = 10.0 * torch.arange(50)
+    places = model.histories(x, model.coil_value)
+    assert torch.equal(places["housing"].temperature, x[:, more.index("temperature_outer_c")])
+    assert torch.equal(places["coil"].gradient, x[:, more.index("temperature_outer_c")] - x[:, 1])
+    assert [one.name for one in model.coil_parameters] == ["lag", "weight_flange", "weight_air", "weight_outer"]
+
+
 def test_assigned_is_what_theta_gives_back(full) -> None:
     theta, amplitudes = drawn(full, seed=2)
     full.assign(theta, amplitudes)

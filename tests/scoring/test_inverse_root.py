@@ -10,7 +10,7 @@ from zoo.scoring.noise import Blocks, NoiseModel
 
 
 def times(count: int, uneven: bool) -> torch.Tensor:
-    """Centres of blocks of 100 s; where uneven, with a gap of an hour and one a third of a block late."""
+    """Centres of blocks of 100 s; where uneven, with a gap of an hour and a third of a block."""
     time = 100.0 * torch.arange(count, dtype=torch.float64) + 50.0
     return torch.cat([time[: count // 2], time[count // 2 :] + 3633.0]) if uneven else time
 

@@ -250,7 +250,7 @@ def _outdone(bench: Workbench, final: Solved, base: Solved) -> float:
     own = {words for name in added for words in inputs_of(bench.effects[name])}
     known = [bench.known((*base.names, name)) for name in added]
     alone = max((OUTDONE * bench.evidence(base, one) for one in known if one is not None), default=0.0)
-    allowed = max(alone, SEVERAL_OUTDONE * bench.evidence(base, final))
+    allowed = max(0.0, alone, SEVERAL_OUTDONE * bench.evidence(base, final))  # what the runs speak against leaves as much as nothing added
     timed = {CLOCK.words} if any(by_the_clock(bench.effects[name]) for name in added) else set()
     others = {words: one for words, one in _freed(bench, base).items() if words not in own}
     best = max((one.whole if words in timed else one.evidence for words, one in others.items()), default=0.0)

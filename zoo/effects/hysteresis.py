@@ -37,7 +37,7 @@ class Hysteresis(Effect):
             -10.0,
             10.0,
             source="prior: loops five times as narrow, 0.002–0.02 medium",
-            meaning="all relays up less all down, half of it",
+            meaning="half of what lies between all relays down and all up",
         ),
     )
     formula = "A·mean_r tanh((play_r(T) − c0)/s)"

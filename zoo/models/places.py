@@ -75,7 +75,7 @@ def _kept(time: Tensor, rates: Tensor) -> Tensor:
 def housing_last(names: list[str]) -> list[str]:
     """Columns of thermometers, the main one first: as they come, but the one on the housing last, where one is called so.
 
-    The last one stands for the housing; one in the chamber's air is no better, for the housing follows it by minutes.
+    The last one stands for the housing. One in the chamber's air would do so badly, for the housing follows the air by minutes.
     """
     return sorted(names, key=lambda name: name in HOUSING and name != names[0])
 
