@@ -23,6 +23,7 @@ from zoo.diagnosis.structure import (
     Structure,
     _lines,
     _outdone,
+    _Test,
     examine,
     free_dependences,
     leaves_noise,
@@ -367,3 +368,13 @@ def test_what_was_noise_is_noise_beside_an_effect_that_the_runs_speak_against(di
     final = bench.add(base, useless)
     assert bench.evidence(base, final) < 0
     assert is_noise(bench, final, base)
+
+
+@pytest.mark.parametrize("part", ["_level", "_line", "_swings", "_jumps", "_levels", "_shape", "_outdone"])
+def test_each_part_can_object_by_itself(diagnosis, monkeypatch, part) -> None:
+    found = diagnosis("")
+    bench, base = found.bench, found.search.base
+    assert is_noise(bench, base, base)
+    monkeypatch.setattr(_Test, part, lambda self: 2.0)
+    assert examine(bench, base, base).strain == 2.0
+    assert not leaves_noise(bench, base, base)
