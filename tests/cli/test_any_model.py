@@ -211,6 +211,22 @@ def test_a_trained_sum_of_effects_to_which_nothing_is_added_stays_as_it_was_give
     assert found["verdict"] == "unknown", "of another gyro: with other values, though, the same effects would leave noise"
 
 
+def test_a_trained_model_that_does_not_fit_is_complete_neither_in_words_nor_in_json(gyro, tmp_path, capsys) -> None:
+    """Hardly trained: with other weights it would leave the noise of these runs, and as it is it leaves many times that."""
+    files = [f"data.files={gyro}/run_1.csv"]
+    assert run("train", "model=bp", "model.hidden=12", "epochs=2", *files, f"hydra.run.dir={tmp_path / 'bp'}") == 0
+    for verb, name in (("diagnose", "diagnosis.json"), ("refine", "refinement.json")):
+        capsys.readouterr()
+        assert run(verb, f"model={tmp_path / 'bp'}", "candidates=[mohr]", *files, f"hydra.run.dir={tmp_path / verb}") == 0
+        found, said = result(tmp_path / verb, name), capsys.readouterr().out
+        assert found["verdict"] == "unknown"
+        assert "does not fit these runs" in said
+        if verb == "diagnose":
+            assert found["verdict_refitted"] == "complete"
+            assert found["rms"] > 1.5 * found["noise_floor"]
+            assert not list((tmp_path / verb).glob("*.py")), "there is no effect to write"
+
+
 def test_a_networks_name_alone_takes_it_as_it_is(gyro, tmp_path) -> None:
     settings = ["model=hybrid", "model.network=polynomial", "effects=[magnetic]", "optimizer=alternating", "optimizer.rounds=1"]
     assert run("train", *settings, *data(gyro), f"hydra.run.dir={tmp_path}") == 0

@@ -13,6 +13,8 @@ import torch
 
 from zoo.catalog import load_model
 from zoo.cli import application
+from zoo.cli.entrants import find_entrants, named
+from zoo.cli.saved_models import load_saved
 
 STEP_S = 20
 
@@ -158,3 +160,40 @@ def test_what_refine_prints_as_next_can_be_pasted(recordings, tmp_path, capsys) 
         assert {one["run"] for one in document["runs"]} == names
         assert document["average_s"] == (200 if more else json.loads((out / "refinement.json").read_text())["average_s"])
         capsys.readouterr()
+
+
+def test_a_folder_used_again_holds_nothing_of_the_model_before(recordings, tmp_path) -> None:
+    assert train(recordings, tmp_path, "model=bp", "seeds=2", "epochs=5") == 0
+    assert run("export", [f"run={tmp_path}", f"hydra.run.dir={tmp_path}"]) == 0
+    exported = {"model.ts", "model.pt2", "step.pt2", "metadata.json"}
+    assert exported | {"members.pt", "metrics.json"} <= {path.name for path in tmp_path.iterdir()}
+    assert train(recordings, tmp_path, "model=polynomial") == 0
+    assert not (exported | {"members.pt"}) & {path.name for path in tmp_path.iterdir()}
+    (only,) = find_entrants([str(tmp_path)])[0]
+    assert only.kind == "polynomial"
+    files = [f"data.files=[{recordings / 'a.csv'},{recordings / 'b.csv'}]", "data.average_s=100"]
+    assert run("refine", [*files, "effects=[static_bias]", "add=[mohr]", f"hydra.run.dir={tmp_path}"]) == 0
+    assert not (tmp_path / "metrics.json").exists()
+    assert load_saved(tmp_path).facts["ladder"][-1]["added"] == "mohr"
+    assert train(recordings, tmp_path, "model=polynomial") == 0
+    assert not (tmp_path / "refinement.json").exists()
+
+
+def test_programs_of_an_earlier_export_do_not_stay_beside_another_models_script(recordings, tmp_path) -> None:
+    assert train(recordings, tmp_path / "line", "model=polynomial") == 0
+    for program in ("true", "false"):
+        assert run("export", [f"run={tmp_path / 'line'}", f"program={program}", f"hydra.run.dir={tmp_path / 'out'}"]) == 0
+        assert (tmp_path / "out" / "model.pt2").exists() == (tmp_path / "out" / "step.pt2").exists() == (program == "true")
+
+
+def test_a_later_command_in_a_models_folder_does_not_pass_for_the_one_that_made_it(recordings, tmp_path) -> None:
+    for name, lr in (("a", 0.1), ("b", 0.2)):
+        assert train(recordings, tmp_path / name, "model=bp", "epochs=5", f"optimizer.lr={lr}") == 0
+    assert {one.name for one in named(find_entrants([str(tmp_path / "*")])[0])} == {"bp_lr0.1", "bp_lr0.2"}
+    files = f"data.files=[{recordings / 'check.csv'}]"
+    assert run("compensate", [f"run={tmp_path / 'a'}", files, f"hydra.run.dir={tmp_path / 'a'}"]) == 0
+    settings = next(iter(find_entrants([str(tmp_path / "a")])[0])).settings
+    assert settings["_target_"] == "zoo.models.bp.BP", "the model's own, no settings of compensate"
+    assert "run" not in settings
+    assert run("export", [f"run={tmp_path / 'a'}", f"hydra.run.dir={tmp_path / 'out'}"]) == 0
+    assert set(json.loads((tmp_path / "out" / "metadata.json").read_text())["parity"]["runs"]) == {"a made-up run"}, "check.csv trained nothing"

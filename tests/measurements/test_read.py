@@ -256,6 +256,7 @@ def test_the_recorded_reference_is_subtracted_in_the_outputs_unit(tmp_path: Path
         run = read_runs(write_measurements(tmp_path / "a.parquet", {**data, column: values}), reference=5.0, average_s=None)[0]
         assert np.allclose(run.error, expected, atol=1e-12)
         assert run.columns[-1] == "reference_dph"
+        assert f"data.reference=5 is not used, as {column} is recorded" in run.notes
         assert np.allclose(run.column("reference_dph"), truth, rtol=1e-14)
 
 

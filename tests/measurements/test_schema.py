@@ -9,7 +9,7 @@ import pytest
 
 from zoo.errors import InputError
 from zoo.measurements.read import read_runs
-from zoo.measurements.schema import keep_shared, layout
+from zoo.measurements.schema import keep_shared, layout, overruled
 from zoo.measurements.write import write_measurements
 
 HERE = Path("a.csv")
@@ -79,6 +79,27 @@ def test_times_and_temperatures_in_other_units_are_converted(tmp_path: Path) -> 
     assert np.allclose(run.time, rows)
     assert np.allclose(run.temperature, 20 + rows / 10)
     assert run.notes == ("t_ms is converted from ms to s", "spool_k is converted from K to °C")
+
+
+@pytest.mark.parametrize("name", ["reference", "Reference_dph", "reference_deg_per_h", "reference_m_per_s2", "reference table"])
+def test_what_is_called_a_reference_and_is_not_taken_for_it_is_told(name: str) -> None:
+    found = layout(HERE, (*PLAIN, name))
+    assert found.reference is None
+    (note,) = found.notes
+    assert note.startswith(f"{name} is not used")
+    assert "data.columns.reference=" in note
+
+
+def test_a_second_reference_or_a_word_that_begins_alike_is_not_told() -> None:
+    assert not layout(HERE, (*PLAIN, "reference_dph", "reference_old")).notes
+    assert not layout(HERE, (*PLAIN, "references", "preference")).notes
+
+
+def test_a_given_reference_that_the_recorded_one_overrules_is_told() -> None:
+    recorded = layout(HERE, (*PLAIN, "reference_dph"))
+    assert overruled(recorded, 9.66) == ["data.reference=9.66 is not used, as reference_dph is recorded"]
+    assert not overruled(recorded, 0.0)
+    assert not overruled(layout(HERE, PLAIN), 9.66)
 
 
 def test_inputs_that_not_all_runs_have_are_left_out_with_a_note() -> None:

@@ -117,12 +117,13 @@ def test_a_complete_model_in_doubt_says_of_what() -> None:
 
 def test_a_trained_model_that_does_not_fit_is_not_called_complete() -> None:
     """With other weights it would: nothing physical is missing, and yet nobody would fly it."""
-    bad: Record = {"verdict": "complete", "model": {"name": "bp"}, "rms": 1.2, "noise_floor": 0.06, "rms_uncompensated": 0.12}
+    bad: Record = {"verdict": "unknown", "verdict_refitted": "complete", "rms": 1.2, "noise_floor": 0.06, "rms_uncompensated": 0.12}
     assert "The model is complete" not in words(bad)
     assert "It leaves 20.0× the noise floor" in words(bad)
     assert "10.0× the error without any model." in words(bad)
     assert "without any model" not in words({**bad, "rms_uncompensated": 2.0})
-    assert "The model is complete." in words({**bad, "rms": 0.06})
+    assert "The model is complete." in words({**bad, "verdict": "complete", "rms": 0.06})
+    assert "Unknown: nothing in the catalogue" in words({**bad, "verdict_refitted": "unknown"})
 
 
 def test_the_last_rms_is_of_the_last_fit() -> None:

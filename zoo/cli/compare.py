@@ -15,7 +15,7 @@ from torch import Generator, Tensor
 from zoo.artifacts import write_json, write_text
 from zoo.cli.entrants import Entrant, find_entrants, given_predictions, named
 from zoo.cli.given_predictions import named_files
-from zoo.cli.inputs import read_data
+from zoo.cli.inputs import print_notes, read_data
 from zoo.cli.judging import Scored, judge
 from zoo.cli.methods import methods_of
 from zoo.errors import InputError, WorkError
@@ -48,6 +48,7 @@ def run(config: DictConfig, out: Path) -> Path:
     if skipped:
         Console(stderr=True).print(Text(f"skipped, without a finished model: {', '.join(skipped)}"), style="yellow", soft_wrap=True, highlight=False)
     runs, check_runs = read_data(_with_trained_blocks(config, models))
+    print_notes([*runs, *check_runs])
     entrants = named([*models, *given_predictions(files, len(runs) + len(check_runs), config.data.columns.get("time"))])
     scored, stages = _scored(entrants, [*runs, *check_runs], device)
     judged = judge(methods_of(entrants), scored, Generator().manual_seed(config.seed))

@@ -8,7 +8,6 @@ from pathlib import Path
 from typing import Any, cast
 
 import torch
-import yaml  # type: ignore[import-untyped]
 from rich.console import Console
 from rich.progress import track
 from torch import Tensor
@@ -16,9 +15,10 @@ from torch import Tensor
 from zoo.catalog import MODEL_FILE, load_members, load_ranges
 from zoo.cli.given_predictions import file_of
 from zoo.cli.outcomes import FAILED
-from zoo.cli.saved_models import RESULTS, distinct_names, load_saved, model_folders, tops
+from zoo.cli.saved_models import RESULTS, command_config, distinct_names, load_saved, model_folders, read_yaml, tops, was_made
 from zoo.errors import InputError, in_brief
-from zoo.export.exported import SCRIPT_FILE, load_exported
+from zoo.export.exported import load_exported
+from zoo.export.files import SCRIPT
 from zoo.export.narrowed import narrowed
 from zoo.measurements.predictions import read_prediction
 from zoo.measurements.run import OUTPUT, Run
@@ -26,8 +26,6 @@ from zoo.models.base import Model
 from zoo.models.prediction import predict_blocks
 from zoo.training.members import MEMBERS_FILE
 
-MAKERS = ("train", "refine")
-"""Verbs that leave models."""
 NO_SETTINGS = ("seed", "seeds", "torch_device", "resume", "hydra", "data.check_files", "objective")
 """What a config says that makes no other method."""
 SHORT = 24
@@ -67,14 +65,14 @@ def find_entrants(runs: Sequence[str]) -> tuple[list[Entrant], list[str]]:
     Raises:
         InputError: something given leads to no model.
     """
-    files = (MODEL_FILE, SCRIPT_FILE)
-    given = ((folder, pattern.endswith(SCRIPT_FILE)) for pattern in runs for folder in model_folders(pattern, "runs", files))
+    files = (MODEL_FILE, SCRIPT)
+    given = ((folder, pattern.endswith(SCRIPT)) for pattern in runs for folder in model_folders(pattern, "runs", files))
     folders = list(dict.fromkeys((folder, scripted or not (folder / MODEL_FILE).is_file()) for folder, scripted in given))
     skipped = [str(folder) for pattern in runs for top in tops(pattern) for folder in _without_model(top, files)]
     found: list[Entrant] = []
     watched = Console(stderr=True)
     for folder, scripted in track(folders, "loading", console=watched, transient=True, disable=not watched.is_terminal or len(folders) < 8):
-        unfinished = not scripted and (folder / MODEL_FILE).is_file() and _without_result(folder) and _maker(folder)
+        unfinished = not scripted and (folder / MODEL_FILE).is_file() and _without_result(folder) and was_made(folder)
         try:
             found += [] if unfinished else _loaded(folder, scripted)
         except Exception as error:  # whatever a half-written file makes of torch and yaml: the other jobs of a sweep count all the same
@@ -177,9 +175,7 @@ def _short(key: str, value: str) -> str:
 
 def _settings(folder: Path, but: Sequence[str]) -> dict[str, str]:
     """The config that the model was made with, but for some keys; the model's own where that is not kept."""
-    kept = folder / ".hydra" / "config.yaml"
-    config = _yaml(kept if kept.is_file() else folder / MODEL_FILE)
-    flat = dict(_flat(config))
+    flat = dict(_flat(read_yaml(command_config(folder) or folder / MODEL_FILE)))
     return {key: value for key, value in flat.items() if not any(key == one or key.startswith(f"{one}.") for one in but)}
 
 
@@ -194,22 +190,9 @@ def _flat(config: Any, prefix: str = "") -> Iterator[tuple[str, str]]:
 def _without_model(top: Path, files: Sequence[str]) -> list[Path]:
     """Folders of jobs that were to leave a model and did not."""
     jobs = [found.parent for found in sorted(top.rglob(".hydra"))]
-    return [job for job in jobs if not any((job / file).is_file() for file in files) and _maker(job)]
+    return [job for job in jobs if not any((job / file).is_file() for file in files) and was_made(job)]
 
 
 def _without_result(folder: Path) -> bool:
     """Whether the command that was last in the folder has come to nothing, whatever an earlier one has left there."""
     return (folder / FAILED).is_file() or not any((folder / one).is_file() for one in RESULTS)
-
-
-def _maker(folder: Path) -> bool:
-    """Whether the folder is that of a command that leaves models."""
-    kept = folder / ".hydra" / "hydra.yaml"
-    if not kept.is_file():
-        return False
-    hydra = (_yaml(kept) or {}).get("hydra") or {}
-    return (hydra.get("job") or {}).get("name") in MAKERS
-
-
-def _yaml(path: Path) -> Any:
-    return yaml.load(path.read_text(encoding="utf-8"), Loader=getattr(yaml, "CSafeLoader", yaml.SafeLoader))

@@ -12,9 +12,10 @@ from rich.console import Console
 
 from zoo.catalog import MODEL_FILE, load_ranges
 from zoo.cli.inputs import read_data
-from zoo.cli.saved_models import SavedModel, find_model, fitted_runs, physical_values
+from zoo.cli.saved_models import SavedModel, command_config, find_model, fitted_runs, physical_values
 from zoo.errors import InputError
-from zoo.export.write import SCRIPT, write_export
+from zoo.export.files import SCRIPT
+from zoo.export.write import write_export
 from zoo.measurements.run import Run
 from zoo.models.graybox import GrayBox
 from zoo.models.hybrid import Hybrid
@@ -67,8 +68,8 @@ def run(config: DictConfig, out: Path) -> Path:
 
 def _training_runs(saved: SavedModel) -> list[Run]:
     """The recordings of the training, if they are still where they were."""
-    path = saved.folder / ".hydra" / "config.yaml"
-    if not path.is_file():
+    path = command_config(saved.folder)
+    if path is None:
         return []
     try:
         runs, _ = read_data(OmegaConf.load(path))  # type: ignore[arg-type]

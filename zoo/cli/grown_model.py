@@ -66,7 +66,10 @@ def _told(found: Diagnosis, asked: Subject) -> Diagnosis:
             "rms": float(left.square().mean().sqrt()),
             "rms_by_run": runs_rms(clean, left),
             "where": regions(clean, left, record["noise_floor_by_run"]),
+            "verdict_refitted": record["verdict"],
         }
+        if record["verdict"] == "complete" and record["rms"] > CHECK_ALLOWED * record["noise_floor"]:
+            record["verdict"] = "unknown"
     return found
 
 
@@ -111,16 +114,15 @@ def _from_given(found: Refinement, asked: Subject, check_runs: list[Run]) -> tup
     if len(models) == 1:
         record["parameters"] = physical_values(asked.saved.facts) or {}
         _judge(record)
-        if scores["rms"] > CHECK_ALLOWED * record["noise_floor"]:
-            record["verdict"] = "unknown"
     return found, [given, *models[1:]]
 
 
 def _judge(record: dict[str, Any]) -> None:
-    """The refinement's verdict where its last rung is another than the fit: on check runs, what is not borne out is not complete."""
-    floor, last = record["noise_floor_check"], record["ladder"][-1]["rms_check"]
-    record["borne_out"] = floor is None or last <= CHECK_ALLOWED * floor
-    if not record["borne_out"]:
+    """The refinement's verdict where its last rung is another than the fit: what is far from the noise, or not borne out, is not complete."""
+    floor, last = record["noise_floor_check"], record["ladder"][-1]
+    record["verdict_refitted"] = record["verdict"]
+    record["borne_out"] = floor is None or last["rms_check"] <= CHECK_ALLOWED * floor
+    if not record["borne_out"] or last["rms"] > CHECK_ALLOWED * record["noise_floor"]:
         record["verdict"] = "unknown"
 
 

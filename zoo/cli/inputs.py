@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import Any, cast
 
 from omegaconf import DictConfig, OmegaConf, open_dict
+from rich.console import Console
+from rich.text import Text
 
 from zoo.catalog import create, load
 from zoo.cli.command_line import searchpath
@@ -126,3 +129,12 @@ def _without(run: Run, names: list[str]) -> Run:
     kept = tuple(name for name in run.columns if name not in names)
     notes = (f"{name} is not used, as not all the runs have it" for name in names)
     return run if not names else replace(run, columns=kept, table=run.select(kept), notes=(*run.notes, *notes))
+
+
+def print_notes(runs: Sequence[Run]) -> None:
+    """What reading noticed, each thing once."""
+    from zoo.report.notes import merged  # the report's modules, only where there is something to tell
+
+    notes = [note for run in runs for note in run.notes]
+    for note in merged(notes, [run.name for run in runs]) if notes else []:
+        Console(stderr=True).print(Text(note), style="dim", soft_wrap=True, highlight=False)

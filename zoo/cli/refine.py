@@ -9,16 +9,15 @@ from omegaconf import DictConfig
 from rich.console import Console
 
 from zoo.artifacts import write_json
-from zoo.catalog import save_model
 from zoo.cli.effects import named
 from zoo.cli.given_model import subject
 from zoo.cli.grown_model import climb, examine, model_config
 from zoo.cli.inputs import read_data
 from zoo.cli.next_commands import compare_command, next_commands, refine_words, stub_commands, typed_settings
+from zoo.cli.saved_models import keep_model
 from zoo.diagnosis.refine import Refinement, check_added
 from zoo.models.base import Model
 from zoo.models.prediction import usable_device
-from zoo.models.ranges import fitted_ranges
 from zoo.report.unknown_stub import stub_line, write_stub
 from zoo.training.threads import threads_for
 
@@ -50,7 +49,7 @@ def run(config: DictConfig, out: Path) -> Path:
         record = before.record
         _report(out, record, found, models, check_runs)
         stub = write_stub(record, out)
-        save_model(out, model_config(config, asked, models[-1]), models[-1], fitted_ranges(models[-1], runs))
+        keep_model(out, model_config(config, asked, models[-1]), models[-1], runs)
         path = write_json(out / "refinement.json", found.record)
     from zoo.report.terminal import print_ladder
     from zoo.report.verdict import worth_adding

@@ -10,11 +10,19 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Protocol, cast
 
-from zoo.catalog import MODEL_FILE, load_model
-from zoo.errors import InputError
-from zoo.models.base import Model
-from zoo.scoring.comparison import UNCOMPENSATED
+import yaml  # type: ignore[import-untyped]
 
+from zoo.catalog import MODEL_FILE, RANGES_FILE, load_model, save_model
+from zoo.errors import InputError
+from zoo.export.files import FORMATS, METADATA
+from zoo.measurements.run import Run
+from zoo.models.base import Model
+from zoo.models.ranges import fitted_ranges
+from zoo.scoring.comparison import UNCOMPENSATED
+from zoo.training.members import MEMBERS_FILE
+
+MAKERS = ("train", "refine")
+"""Verbs that leave models."""
 RESULTS = ("metrics.json", "refinement.json")
 TAKEN = ("run", "stage", "blocks", UNCOMPENSATED)
 """Columns of the table that no model may be called like."""
@@ -51,6 +59,41 @@ class SavedModel:
     folder: Path
     module: Model
     facts: dict[str, Any]
+
+
+def keep_model(folder: Path, config: dict[str, Any], module: Model, runs: Sequence[Run], ensemble: bool = False) -> None:
+    """Save a model in place of whatever an earlier command has left of another one in its folder.
+
+    Args:
+        folder: an existing folder.
+        config: as `create` takes it.
+        module: the fitted model.
+        runs: that it was fitted to.
+        ensemble: whether the members that lie there are this model's.
+    """
+    for name in (*RESULTS, *FORMATS, METADATA, RANGES_FILE, *(() if ensemble else (MEMBERS_FILE,))):
+        (folder / name).unlink(missing_ok=True)
+    save_model(folder, config, module, fitted_ranges(module, runs))
+
+
+def command_config(folder: Path) -> Path | None:
+    """The settings of the command that left the model in a folder; None where they are not kept, or a later command's lie there instead."""
+    kept = folder / ".hydra" / "config.yaml"
+    return kept if kept.is_file() and was_made(folder) else None
+
+
+def was_made(folder: Path) -> bool:
+    """Whether the last command in a folder was one that leaves models."""
+    kept = folder / ".hydra" / "hydra.yaml"
+    if not kept.is_file():
+        return False
+    hydra = (read_yaml(kept) or {}).get("hydra") or {}
+    return (hydra.get("job") or {}).get("name") in MAKERS
+
+
+def read_yaml(path: Path) -> Any:
+    """What a YAML says; sweeps have thousands of them, so quickly."""
+    return yaml.load(path.read_text(encoding="utf-8"), Loader=getattr(yaml, "CSafeLoader", yaml.SafeLoader))
 
 
 def find_model(key: str, given: str) -> SavedModel:

@@ -13,15 +13,15 @@ from rich.markup import escape
 from rich.table import Table
 
 from zoo.artifacts import write_json
-from zoo.catalog import create, load, save_model
+from zoo.catalog import create, load
 from zoo.cli.command_line import searchpath
 from zoo.cli.effects import chosen
-from zoo.cli.inputs import read_data
+from zoo.cli.inputs import print_notes, read_data
 from zoo.cli.outcomes import made_from
+from zoo.cli.saved_models import keep_model
 from zoo.errors import InputError
 from zoo.measurements.run import Run
 from zoo.models.base import Model
-from zoo.models.ranges import fitted_ranges
 from zoo.training.checkpoints import CHECKPOINT
 from zoo.training.resume import unfinished
 from zoo.training.run import EVENTS, train
@@ -64,8 +64,9 @@ def trained(config: DictConfig, runs: Sequence[Run], check_runs: Sequence[Run], 
         InputError: the settings do not fit together.
     """
     settings, model, metrics = fitted(config, runs, check_runs, out, choices)
-    save_model(out, settings, model, fitted_ranges(model, runs))
+    keep_model(out, settings, model, runs, ensemble="members" in metrics)
     _draw(out, model, [*runs, *check_runs])
+    print_notes([*runs, *check_runs])
     write_json(out / METRICS, {"schema_version": 1} | metrics)
     _print(metrics)  # last: who reads it may have gone
     return metrics

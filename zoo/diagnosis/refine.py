@@ -24,7 +24,7 @@ from zoo.models.ranges import beyond
 from zoo.scoring.noise import NoiseModel
 
 CHECK_ALLOWED = 1.5
-"""RMS over the noise floor on runs that were not fitted beyond which a model is not complete, however well it fits."""
+"""RMS over the noise floor beyond which a model is not complete, however noise-like what it leaves: on runs that were not fitted, or as it was given."""
 
 
 @dataclass(frozen=True, eq=False)

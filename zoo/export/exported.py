@@ -10,9 +10,8 @@ import torch
 from torch import Tensor
 
 from zoo.errors import InputError
+from zoo.export.files import METADATA, SCRIPT
 from zoo.models.base import Model
-
-SCRIPT_FILE, METADATA_FILE = "model.ts", "metadata.json"
 
 
 class ExportedModel(Model):
@@ -43,17 +42,13 @@ def load_exported(folder: Path) -> tuple[ExportedModel, dict[str, Any]]:
         InputError: one of them is missing or is not what it should be.
     """
     try:
-        facts = json.loads((folder / METADATA_FILE).read_text(encoding="utf-8"))
+        facts = json.loads((folder / METADATA).read_text(encoding="utf-8"))
         inputs = [str(name) for name in facts["inputs"]]
         with warnings.catch_warnings():
             warnings.simplefilter("ignore", DeprecationWarning)  # TorchScript as a whole is deprecated
-            script = torch.jit.load(str(folder / SCRIPT_FILE), map_location="cpu").eval()
+            script = torch.jit.load(str(folder / SCRIPT), map_location="cpu").eval()
     except OSError as error:
-        raise InputError(
-            f"{folder}: no exported model here ({error.strerror}: {METADATA_FILE}); {SCRIPT_FILE} and {METADATA_FILE} are needed"
-        ) from error
+        raise InputError(f"{folder}: no exported model here ({error.strerror}: {METADATA}); {SCRIPT} and {METADATA} are needed") from error
     except (ValueError, KeyError, TypeError, RuntimeError) as error:
-        raise InputError(
-            f"{folder}: {SCRIPT_FILE} and {METADATA_FILE} are not what fogzoo export writes ({' '.join(str(error).split())[:120]})"
-        ) from error
+        raise InputError(f"{folder}: {SCRIPT} and {METADATA} are not what fogzoo export writes ({' '.join(str(error).split())[:120]})") from error
     return ExportedModel(script, inputs), facts

@@ -13,6 +13,7 @@ from typing import Any
 from torch import Tensor
 
 from zoo.artifacts import replacing
+from zoo.export.files import FORMATS, METADATA, PROGRAM, SCRIPT, STEP
 from zoo.export.narrowed import narrowed
 from zoo.export.parity import AGREEMENT, STEPPED, differences
 from zoo.export.program import load_program, to_programs
@@ -23,8 +24,6 @@ from zoo.models.example import example
 from zoo.models.ranges import ROOM, Ranges, limits
 from zoo.units import output_suffix, symbol
 
-SCRIPT, PROGRAM, STEP, METADATA = "model.ts", "model.pt2", "step.pt2", "metadata.json"
-FORMATS = {SCRIPT: "TorchScript", PROGRAM: "torch.export", STEP: "torch.export"}
 PLAIN = {"v": "V", "ut": "µT", "pct": "%", "kpa": "kPa"}
 """Units of columns that the zoo never converts, by suffix."""
 
@@ -98,8 +97,10 @@ def input_unit(column: str) -> str | None:
 
 
 def _write(out: Path, files: Mapping[str, bytes]) -> None:
-    """All files take their places once all are complete."""
+    """All files take their places once all are complete; none of an earlier export stays beside them."""
     with ExitStack() as places:
         temporary: Sequence[Path] = [places.enter_context(replacing(out / name)) for name in files]
         for path, file in zip(temporary, files.values(), strict=True):
             path.write_bytes(file)
+    for name in FORMATS.keys() - files.keys():  # of an earlier export, with more formats
+        (out / name).unlink(missing_ok=True)

@@ -16,7 +16,7 @@ from zoo.errors import BadRow, InputError
 from zoo.measurements.files import find_files, run_names
 from zoo.measurements.recording import GAP_STEPS, JITTER, Average, Recording, auto_length
 from zoo.measurements.run import Run
-from zoo.measurements.schema import Layout, in_run_units, keep_shared, layout
+from zoo.measurements.schema import Layout, in_run_units, keep_shared, layout, overruled
 from zoo.measurements.table import chunks, column_names
 
 BadRows = Literal["error", "skip"]
@@ -95,7 +95,8 @@ def _record(one: Layout, reference: float, average_s: Average, gap_s: float | No
     if gap < step:
         raise InputError(f"{one.path}: data.gap_s={gap:g} is shorter than the time between rows, {step:g} s; every row would stand alone")
     recording = Recording(step, average_s, gap)
-    recording.notes += [*one.notes, *_startup(np.concatenate([chunk[:, -1] for chunk in head])[:_STARTUP_ROWS], one.output.column)]
+    startup = _startup(np.concatenate([chunk[:, -1] for chunk in head])[:_STARTUP_ROWS], one.output.column)
+    recording.notes += [*one.notes, *overruled(one, reference), *startup]
     lowest, highest = math.inf, -math.inf
     for chunk in itertools.chain(head, stream):
         lowest, highest = min(lowest, chunk[:, -1].min()), max(highest, chunk[:, -1].max())

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import difflib
 import re
+import shlex
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -103,7 +104,17 @@ def layout(
     _check_single(found, more)
     changed = (one for one in found.sources if one.given != one.wanted)
     notes = (f"{one.column} is converted from {units.symbol(one.given)} to {units.symbol(one.wanted)}" for one in changed)
-    return replace(found, notes=tuple(notes))
+    return replace(found, notes=(*notes, *_overlooked(found, present)))
+
+
+def overruled(one: Layout, reference: float) -> list[str]:
+    """A note where a file records the true input and another one was given.
+
+    Args:
+        one: the file's columns.
+        reference: as given for runs that do not record it [output's unit].
+    """
+    return [f"data.reference={reference:g} is not used, as {one.reference.column} is recorded"] if one.reference and reference else []
 
 
 def prediction_sources(path: Path, present: Sequence[str], unit: str, time: str | None = None) -> tuple[Source, Source]:
@@ -261,3 +272,11 @@ def _reference(path: Path, present: Sequence[str], mapped: Mapping[str, str], un
         have = f"in {units.symbol(given)}, the output in {units.symbol(unit)}"
         raise InputError(f"{path}: {_KEY}.reference={name} is {have}; one cannot be subtracted from the other")
     return Source(f"reference_{unit}", name, given, unit)
+
+
+def _overlooked(found: Layout, present: Sequence[str]) -> list[str]:
+    """A note on each column that is called like a true input and is not taken as it, where nothing else is."""
+    used = {source.column for source in found.sources}
+    called = [name for name in present if re.match(r"reference(?![a-z])", name.strip(), re.IGNORECASE) and name not in used]
+    way = f"it is not called reference_{found.unit}; if it holds the true input, say {_KEY}.reference="
+    return [] if found.reference else [f"{name} is not used, as {way}{shlex.quote(name)}" for name in called]

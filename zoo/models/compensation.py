@@ -15,7 +15,7 @@ from zoo.measurements.append import append_columns
 from zoo.measurements.read import median_step
 from zoo.measurements.recording import GAP_STEPS, Average, Recording, auto_length, block_means
 from zoo.measurements.run import OUTPUT
-from zoo.measurements.schema import Layout, Source
+from zoo.measurements.schema import Layout, Source, overruled
 from zoo.models.base import Model
 from zoo.models.places import FIRST_S
 from zoo.models.ranges import Ranges, outside
@@ -122,7 +122,7 @@ class Compensation:
         Raises:
             InputError: see `columns_needed`.
         """
-        self.tally = Tally()
+        self.tally = Tally(notes=overruled(one, reference))
         self._with, self._one = compensator, one
         self._sources = columns_needed(compensator, one)
         self._reference, self._average_s, self._gap_s, self._skip = reference, average_s, gap_s, skip

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 
-from zoo.report.verdict import Record
+from zoo.report.verdict import Record, badly_trained
 from zoo.report.wording import Scale, finite, fixed, significant
 from zoo.units import convert
 
@@ -19,16 +19,20 @@ def sampled_facts(diagnosis: Record, scale: Scale) -> list[tuple[str, str]]:
         scale: how values are written.
     """
     noise = _noise(diagnosis.get("noise"), scale)
-    counted = "; what is unexplained is counted as noise here" if noise and diagnosis.get("verdict") == "unknown" else ""
+    counted = "; what is unexplained is counted as noise here" if noise and _unexplained(diagnosis) else ""
     facts = [("Blocks", _blocks(diagnosis)), ("Noise", noise + counted), ("Angle random walk", _angle_random_walk(diagnosis, scale))]
     return [(label, text) for label, text in facts if text]
 
 
 def known_noise(diagnosis: Record) -> Record:
     """The noise in its colours; where something stays unexplained they would hold that, and only the white noise is known."""
-    if diagnosis.get("verdict") == "unknown":
+    if _unexplained(diagnosis):
         return {"white": diagnosis.get("noise_floor")}
     return diagnosis.get("noise") or {}
+
+
+def _unexplained(diagnosis: Record) -> bool:
+    return diagnosis.get("verdict") == "unknown" and not badly_trained(diagnosis)
 
 
 def _angle_random_walk(diagnosis: Record, scale: Scale) -> str:

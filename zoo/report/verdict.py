@@ -99,25 +99,31 @@ def verdict_of(diagnosis: Record, refinement: Record | None = None) -> Verdict:
         return _refined(diagnosis, refinement)
     kind = diagnosis.get("verdict")
     if kind == "complete":
-        if (ratio := excess(diagnosis.get("rms"), diagnosis.get("noise_floor"))) and diagnosis.get("model") and ratio > NEAR:
-            return Verdict("unknown", "No effect is missing, but the model does not fit these runs", _badly_trained(diagnosis, ratio))
-        left, doubt = _noise(ratio), _in_doubt(diagnosis)
+        left, doubt = _noise(excess(diagnosis.get("rms"), diagnosis.get("noise_floor"))), _in_doubt(diagnosis)
         headline = "The model may be complete" if doubt else "The model is complete"
         return Verdict("complete", headline, [f"What it leaves {left}", doubt or "No effect has to be added.", *what_could_hide(diagnosis)])
     if kind == "missing":
         return Verdict("missing", f"Missing: {joined(_named(diagnosis))}", _what_missing_means(diagnosis))
+    if badly_trained(diagnosis):
+        return _bad_training(diagnosis)
     if kind == "unknown":
         return Verdict("unknown", "Unknown: nothing in the catalogue explains this", _what_unknown_means(diagnosis))
     return Verdict("none", "No verdict", ["There is no diagnosis of this model."])
 
 
-def _badly_trained(diagnosis: Record, ratio: float) -> list[str]:
-    """What to do with a trained model that could follow the runs and does not."""
-    sentences = [f"It leaves {times(ratio)} the noise floor, which the same model with other weights would reach."]
+def badly_trained(diagnosis: Record) -> bool:
+    """Whether a trained model could follow the runs with other weights, and as it was given does not."""
+    return diagnosis.get("verdict") == "unknown" and diagnosis.get("verdict_refitted") == "complete"
+
+
+def _bad_training(diagnosis: Record) -> Verdict:
+    ratio = excess(diagnosis.get("rms"), diagnosis.get("noise_floor"))
+    sentences = [f"It leaves {times(ratio)} the noise floor, which the same model with other weights would reach."] if ratio else []
     without = excess(diagnosis.get("rms"), diagnosis.get("rms_uncompensated"))
     if without and without > 1.0:
         sentences.append(f"That is {times(without)} the error without any model.")
-    return [*sentences, "Train it on these runs as well, with a larger network or for longer."]
+    sentences.append("Train it on these runs as well, with a larger network or for longer.")
+    return Verdict("unknown", "No effect is missing, but the model does not fit these runs", sentences)
 
 
 def _in_doubt(diagnosis: Record) -> str:
@@ -273,6 +279,8 @@ def _refined(diagnosis: Record, refinement: Record) -> Verdict:
         return Verdict(
             "unknown", f"Still incomplete {done}", ["What is left is not noise.", *_better_without(refinement), *unexplained(diagnosis, done=True)]
         )
+    if badly_trained(refinement):
+        return _bad_training({**refinement, "rms": rungs[-1].rms if rungs else None})
     return verdict_of(diagnosis) if diagnosis.get("verdict") else Verdict("unknown", "Incomplete", ["What is left is not noise."])
 
 
