@@ -1,13 +1,17 @@
-"""Numbers that a user gave, refused where they enter if they are none."""
+"""Numbers and switches that a user gave, refused where they enter if they are none."""
 
 from __future__ import annotations
 
 import math
+from typing import TypeGuard
 
 from zoo.errors import InputError
 
+LARGEST_SEED = 2**63 - 1
+"""Number that torch takes as a seed."""
 
-def is_number(value: object) -> bool:
+
+def is_number(value: object) -> TypeGuard[float]:
     """Whether it is a finite number; true and false are none."""
     return isinstance(value, (int, float)) and not isinstance(value, bool) and math.isfinite(value)
 
@@ -18,7 +22,7 @@ def check_number(key: str, value: object, low: float = -math.inf, high: float = 
     Raises:
         InputError: names the key, what was given and what is possible.
     """
-    if is_number(value) and (not whole or isinstance(value, int)) and low <= value <= high:  # type: ignore[operator]
+    if is_number(value) and (not whole or isinstance(value, int)) and low <= value <= high:
         return
     kind = "whole number" if whole else "number"
     if not is_number(value) and (low, high) == (-math.inf, math.inf):
@@ -36,3 +40,22 @@ def check_numbers(group: str, **values: object) -> None:
     """
     for key, value in values.items():
         check_number(f"{group}.{key}", value)
+
+
+def check_seed(key: str, value: object) -> None:
+    """Refuse what torch does not take as a seed.
+
+    Raises:
+        InputError: see `check_number`.
+    """
+    check_number(key, value, 0, LARGEST_SEED, whole=True)
+
+
+def check_switch(key: str, value: object) -> None:
+    """Refuse what is neither true nor false.
+
+    Raises:
+        InputError: names the key.
+    """
+    if not isinstance(value, bool):
+        raise InputError(f"{key}={value}: true or false is possible")

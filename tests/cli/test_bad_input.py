@@ -260,6 +260,7 @@ def test_an_effect_that_is_there_already_or_lacks_its_column(told, tmp_path) -> 
     files = f"data.files=[{written(tmp_path / 'a.csv', table())}]"
     assert "'mohr' is in the model already" in told(files, "add=mohr", verb="refine")
     assert "'magnetic' needs the column field_ut" in told(files, "add=magnetic", verb="refine")
+    assert "'scale_factor' needs a reference that changes" in told(files, "add=[mohr,scale_factor]", "effects=[static_bias]", verb="refine")
     assert "needs the column supply_v" in told(files, "effects=[static_bias,supply_voltage]")
     assert "effects=[]" in told(files, "effects=[]")
     for model in ("hybrid", "graybox"):
@@ -283,6 +284,9 @@ def test_an_effect_that_is_there_already_or_lacks_its_column(told, tmp_path) -> 
         ("data.points.nearest=3", "data.points.nearest"),
         ("data.output_unit=rad/s", "'rate_dph' is in °/h by its name"),
         ("effects=[mohr,static_bias,mohr]", "mohr is there twice"),
+        ("effects=null", "effects=null: Known: aging"),
+        ("data=[files,qiu2023]", "-m data=files,qiu2023"),
+        ("hydra.searchpath=[nowhere]", "hydra.searchpath: nowhere: no such folder"),
         ("data.gap_s=0", "data.gap_s"),
         ("data.columns.foo=rate_dph", "foo"),
     ],
@@ -302,12 +306,50 @@ def test_a_setting_that_makes_no_sense(told, tmp_path, setting, words) -> None:
         ("diagnose", "data.holdout=null"),
         ("diagnose", "data.files=5"),
         ("diagnose", "data.files=null"),
+        ("train", "model=null"),
+        ("train", "init=null"),
+        ("train", "optimizer=null"),
+        ("train", "data=null"),
+        ("train", "init.seed=x"),
+        ("train", "model.smoothing_s=x"),
+        ("train", "model.features=temperature"),
+        ("train", "model.features=null"),
+        ("simulate", "noise=null"),
+        ("simulate", "gyro=null"),
+        ("simulate", "profile=null"),
+        ("compare", "seed=x"),
+        ("compare", "seed=1.5"),
     ],
 )
 def test_a_setting_of_the_wrong_kind_is_named_and_no_type_error(told, tmp_path, verb, setting) -> None:
-    message = told(f"data.files=[{written(tmp_path / 'a.csv', table())}]", setting, verb=verb)
+    files = [] if verb == "simulate" else [f"data.files=[{written(tmp_path / 'a.csv', table())}]"]
+    message = told(*files, setting, verb=verb)
     assert setting.partition("=")[0] in message
     assert "TypeError" not in message
+
+
+@pytest.mark.parametrize(
+    ("optimizer", "setting", "words"),
+    [
+        ("auto", "optimizer.lr=-1", "optimizer.lr=-1: Adam refuses"),
+        ("adam", "optimizer.lr=abc", "optimizer.lr=abc: Adam refuses"),
+        ("sgd", "optimizer.lr=nan", "optimizer.lr=nan"),
+        ("sgd", "optimizer.momentum=null", "optimizer.momentum=None"),
+        ("lbfgs", "optimizer.lr=null", "optimizer.lr=None"),
+        ("lbfgs", "optimizer.history_size=x", "optimizer.history_size=x"),
+        ("lbfgs", "optimizer.line_search_fn=x", "only 'strong_wolfe' is supported"),
+        ("adam", "+optimizer.nix=3", "unexpected keyword argument 'nix'"),
+    ],
+)
+def test_what_torchs_optimizer_does_not_take_is_said_before_the_training(told, tmp_path, optimizer, setting, words) -> None:
+    assert words in told(f"data.files=[{written(tmp_path / 'a.csv', table())}]", f"optimizer={optimizer}", setting, verb="train")
+
+
+def test_a_list_of_models_is_no_model_and_one_in_brackets_is(told, tmp_path) -> None:
+    files = f"data.files=[{written(tmp_path / 'a.csv', table())}]"
+    assert "for a command with each: -m model=polynomial,wavelet" in told(files, "model=[polynomial,wavelet]", verb="train")
+    assert "model=[]" in told(files, "model=[]", verb="train")
+    assert run("train", [files, "model=[polynomial]", f"hydra.run.dir={tmp_path / 'one'}"]) == 0
 
 
 def test_one_candidate_needs_no_brackets(tmp_path) -> None:

@@ -34,7 +34,7 @@ from zoo.cli.papers import paper_settings
 from zoo.cli.plugins import missing_plugin, prefer_own_settings
 from zoo.cli.saved_models import folder_settings
 from zoo.cli.sweeps import sweep_told
-from zoo.cli.wrong_settings import check_flags, check_known, check_once, instead, unknown_key
+from zoo.cli.wrong_settings import check_flags, check_known, check_lists, check_searchpath, instead, no_choice, unknown_key
 from zoo.errors import InputError, WorkError, causes, nearest
 
 WRONG_SETTINGS = (
@@ -141,7 +141,8 @@ def _task(verb: str, codes: list[int], traced: bool) -> Callable[[DictConfig], f
         job = Job(verb, config)
         with job.output():
             try:
-                check_once(job.overrides)
+                check_searchpath()
+                check_lists(job.overrides)
                 check_known(verb, job.overrides)
                 with job.alone():
                     out = job.begin()
@@ -166,7 +167,7 @@ def explain(error: BaseException, verb: str) -> tuple[int, str]:
             return 2, f"error: {cause}"
         if isinstance(cause, WorkError):
             return 1, f"failed: {cause}"
-    if absent := missing_plugin(error) or _unknown_choice(error):
+    if absent := missing_plugin(error) or _unknown_choice(error) or no_choice(error):
         return 2, f"error: {absent}"
     if isinstance(error, OSError) and error.filename:
         return 2, f"error: {error.filename}: {error.strerror}; if results were to go there, choose another folder with hydra.run.dir=…"

@@ -19,6 +19,7 @@ from zoo.cli.inputs import print_notes, read_data
 from zoo.cli.judging import Scored, judge
 from zoo.cli.methods import methods_of
 from zoo.errors import InputError, WorkError
+from zoo.given import check_seed
 from zoo.measurements.run import Run
 from zoo.models.prediction import usable_device
 from zoo.scoring.comparison import UNCOMPENSATED, residuals, rms_by_kind, rms_by_stage
@@ -40,6 +41,7 @@ def run(config: DictConfig, out: Path) -> Path:
     Returns:
         The table's file.
     """
+    check_seed("seed", config.seed)
     device, files = usable_device(config.torch_device), named_files(_plain(config.predictions))
     given = [str(one) for one in (config.runs if OmegaConf.is_list(config.runs) else [config.runs])]
     if not given and not files:

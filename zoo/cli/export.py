@@ -16,6 +16,7 @@ from zoo.cli.saved_models import SavedModel, command_config, find_model, fitted_
 from zoo.errors import InputError
 from zoo.export.files import SCRIPT
 from zoo.export.write import write_export
+from zoo.given import check_switch
 from zoo.measurements.run import Run
 from zoo.models.graybox import GrayBox
 from zoo.models.hybrid import Hybrid
@@ -43,8 +44,7 @@ def run(config: DictConfig, out: Path) -> Path:
     """
     usable_device(config.torch_device)
     for key in ("refuse_outside", "program"):
-        if not isinstance(config[key], bool):
-            raise InputError(f"{key}={config[key]}: possible: true, false")
+        check_switch(key, config[key])
     saved = find_model("run", str(config.run))
     if "unit" not in saved.facts:
         raise InputError(

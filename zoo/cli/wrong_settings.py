@@ -6,6 +6,7 @@ import re
 import shlex
 import sys
 from collections.abc import Iterable
+from contextlib import suppress
 from pathlib import PurePosixPath
 from typing import NoReturn, cast
 
@@ -46,8 +47,19 @@ def check_flags(arguments: list[str]) -> None:
     parser.parse_args(arguments)
 
 
-def check_once(overrides: Iterable[str]) -> None:
-    """Refuses a list of names from a config group that has one of them twice, which Hydra takes for one.
+def check_searchpath() -> None:
+    """Refuses a folder of the user's own configs that is not there, which Hydra passes over with a warning.
+
+    Raises:
+        InputError: says which.
+    """
+    absent = next((folder for folder in searchpath() if not folder.is_dir()), None)
+    if absent is not None:
+        raise InputError(f"hydra.searchpath: {absent}: no such folder; give that of your own configs, as file:///FOLDER")
+
+
+def check_lists(overrides: Iterable[str]) -> None:
+    """Refuses a list of names from a config group of which there is one, whose settings Hydra would mix, or with a name twice, taken for one.
 
     Args:
         overrides: as typed.
@@ -57,11 +69,32 @@ def check_once(overrides: Iterable[str]) -> None:
     """
     for override in overrides:
         setting = OverridesParser.create().parse_override(override)
-        value = setting.value()
-        names = value if setting.key_or_group in LISTS and isinstance(value, list) else []
-        twice = next((name for name in names if names.count(name) > 1), None)
+        group, value = setting.key_or_group, setting.value()
+        if not isinstance(value, list) or not names(group, searchpath()):
+            continue
+        if group not in LISTS and len(value) != 1:
+            each = f"; for a command with each: -m {group}={','.join(map(str, value))}" if value else ""
+            raise InputError(f"{override}: one is needed{each}")
+        twice = next((name for name in value if value.count(name) > 1), None)
         if twice is not None:
             raise InputError(f"{override}: {twice} is there twice; once is all there can be of it")
+
+
+def no_choice(error: BaseException) -> str | None:
+    """A line for what is no name of a config group, such as null; None where that is not what is wrong.
+
+    Args:
+        error: of Hydra.
+    """
+    if not str(error).startswith("Config group override must be a string or a list"):
+        return None
+    for typed in sys.argv[1:]:
+        group, _, value = typed.partition("=")
+        if value and (possible := names(group.lstrip("+"))):
+            with suppress(HydraException):
+                if not isinstance(OverridesParser.create().parse_override(typed).value(), str | list):
+                    return f"{typed}: {nearest(value, possible)}"
+    return str(error)
 
 
 def check_known(verb: str, overrides: Iterable[str]) -> None:

@@ -11,8 +11,9 @@ import torch
 
 from zoo.diagnosis.diagnose import Diagnosis, check_effects, diagnose
 from zoo.diagnosis.parameters import fitted_parameters
+from zoo.diagnosis.preparation import reference_varies
 from zoo.diagnosis.structure import Structure, examine
-from zoo.diagnosis.workbench import Solved, Workbench
+from zoo.diagnosis.workbench import VARIED_REFERENCE, Solved, Workbench
 from zoo.effects.base import Effect
 from zoo.errors import InputError
 from zoo.fitting.noise import blocks_of, floors_of, noise_of
@@ -24,7 +25,7 @@ from zoo.models.ranges import beyond
 from zoo.scoring.noise import NoiseModel
 
 CHECK_ALLOWED = 1.5
-"""RMS over the noise floor beyond which a model is not complete, however noise-like what it leaves: on runs that were not fitted, or as it was given."""
+"""RMS over the noise floor beyond which a model is not complete, however like noise it is: on runs that were not fitted, or as it was given."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -96,7 +97,8 @@ def check_added(runs: list[Run], check_runs: list[Run], effects: list[str], adde
         catalogue: every effect by name.
 
     Raises:
-        InputError: an effect is there already, is unknown, or lacks its column; the runs cannot determine it; check runs averaged otherwise.
+        InputError: an effect is there already, is unknown, or lacks its column or an input that changes; the runs cannot determine
+            it; check runs averaged otherwise.
     """
     other = next((run for run in check_runs if not isclose(run.average_s, runs[0].average_s, rel_tol=JITTER)), None)
     if other is not None:
@@ -106,6 +108,9 @@ def check_added(runs: list[Run], check_runs: list[Run], effects: list[str], adde
     if twice:
         raise InputError(f"add: '{twice[0]}' is in the model already (effects: {', '.join(effects)})")
     check_effects(runs, [*effects, *added], catalogue)
+    useless = next((name for name in added if catalogue[name].needs_varied_reference and not reference_varies(runs)), None)
+    if useless is not None:
+        raise InputError(f"add: '{useless}' needs {VARIED_REFERENCE}; the true input of {', '.join(run.name for run in runs)} is always the same")
 
 
 def _climb(bench: Workbench, base: Solved, added: list[str], progress: Callable[[str], None]) -> list[Solved]:

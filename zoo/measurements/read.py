@@ -13,6 +13,7 @@ import torch
 
 from zoo import units
 from zoo.errors import BadRow, InputError
+from zoo.given import is_number
 from zoo.measurements.files import find_files, run_names
 from zoo.measurements.recording import GAP_STEPS, JITTER, Average, Recording, auto_length
 from zoo.measurements.run import Run
@@ -73,16 +74,12 @@ def check_settings(reference: float, average_s: Average, gap_s: float | None, ba
         InputError: one of them is none.
     """
     for key, value, words in (("average_s", average_s, ("auto",)), ("gap_s", gap_s, ())):
-        if value is not None and value not in words and not (_finite(value) and float(value) > 0):
+        if value is not None and value not in words and not (is_number(value) and float(value) > 0):
             raise InputError(f"data.{key}={value}: possible are {', '.join(('a positive number of seconds', *words))} and null")
-    if not _finite(reference):
+    if not is_number(reference):
         raise InputError(f"data.reference={reference}: a number is needed, the true input in the output's unit")
     if bad_rows not in get_args(BadRows):
         raise InputError(f"data.bad_rows={bad_rows}: possible are {', '.join(get_args(BadRows))}")
-
-
-def _finite(value: object) -> bool:
-    return isinstance(value, int | float) and not isinstance(value, bool) and math.isfinite(value)
 
 
 def _record(one: Layout, reference: float, average_s: Average, gap_s: float | None, bad_rows: BadRows, short: bool) -> Recording:

@@ -6,6 +6,7 @@ import torch
 from torch import Tensor, nn
 
 from zoo.errors import InputError
+from zoo.given import check_number
 from zoo.physics.carry import after_first, with_last
 from zoo.physics.differentiator import SMOOTHING_S
 from zoo.physics.lag import lagged
@@ -35,8 +36,11 @@ class Features(nn.Module):
 
     def __init__(self, names: list[str], smoothing_s: float = SMOOTHING_S) -> None:
         super().__init__()
-        if not names or len(set(names)) != len(names):
-            raise InputError(f"model.features={list(names)}: at least one feature is needed, each named once")
+        if isinstance(names, str) or not names:
+            raise InputError(f"model.features={names}: a list of at least one is needed, such as [temperature,temperature_rate]")
+        if len(set(names)) != len(names):
+            raise InputError(f"model.features={list(names)}: each may be named once")
+        check_number("model.smoothing_s", smoothing_s, unit=" s")
         if not smoothing_s > 0:
             raise InputError(f"model.smoothing_s={smoothing_s}: must be above 0 s")
         self.names = list(names)

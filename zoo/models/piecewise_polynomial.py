@@ -8,7 +8,7 @@ import torch
 from torch import Tensor, nn
 
 from zoo.errors import InputError
-from zoo.given import check_number
+from zoo.given import check_number, check_switch
 from zoo.models.base import FeatureModel
 from zoo.models.features import RATE, Features
 from zoo.models.powers import check_orders, expanded, powers
@@ -61,6 +61,7 @@ class PiecewisePolynomial(FeatureModel):
     ) -> None:
         super().__init__()
         check_orders(order, rate_order)
+        check_switch("model.continuous", continuous)
         if edges is None:
             check_number("model.segments", segments, 1, whole=True)
         self.extract = Features(features, smoothing_s)

@@ -6,7 +6,7 @@ from typing import ClassVar
 import torch
 from torch import Generator, Tensor, cos, exp, float64, nn
 
-from zoo.given import check_number
+from zoo.given import check_number, check_switch
 from zoo.models.base import FeatureModel
 from zoo.models.features import Features
 from zoo.models.scaler import Scaler
@@ -81,6 +81,7 @@ class Wavelet(FeatureModel):
     def __init__(self, features: list[str], hidden: int = 9, linear: bool = False, smoothing_s: float = SMOOTHING_S) -> None:
         super().__init__()
         check_number("model.hidden", hidden, 1, MOST, whole=True)
+        check_switch("model.linear", linear)
         self.extract = Features(features, smoothing_s)
         self.inputs = self.extract.inputs
         self.scaler = Scaler(len(features))

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from zoo.errors import InputError, nearest
-from zoo.given import check_number
+from zoo.given import check_number, check_seed, check_switch
 from zoo.physics.conduction import FIDELITIES
 from zoo.simulator.laboratory.earth import earth_rate
 from zoo.simulator.laboratory.program import Campaign
@@ -56,11 +56,10 @@ class Settings:
             InputError: names the key, what was given and what is possible.
         """
         check_number("runs", self.runs, 1, MOST_RUNS, whole=True)
-        check_number("seed", self.seed, 0, 2**63 - 1, whole=True)
+        check_seed("seed", self.seed)
         check_number("sample_s", self.sample_s, 1e-6, math.inf)
         check_number("reference_dph", self.reference_dph, -1e9, 1e9)
-        if not isinstance(self.cold_start, bool):
-            raise InputError(f"cold_start={self.cold_start}: true or false is possible")
+        check_switch("cold_start", self.cold_start)
         if self.amplitude is not None:
             check_number("amplitude", self.amplitude, 0.0, 1e9)
         if self.heat not in FIDELITIES:

@@ -12,7 +12,7 @@ import torch
 from torch import Generator, Tensor
 
 from zoo.errors import InputError
-from zoo.given import check_number
+from zoo.given import check_number, check_seed
 from zoo.measurements.datamodule import RunsDataModule
 from zoo.measurements.run import Run
 from zoo.models.base import FeatureModel, Model
@@ -175,6 +175,7 @@ class ClusteredInit(Init):
             seed: of the partitions.
             **settings: see `Clustering`.
         """
+        check_seed("init.seed", seed)
         self.seed, self.settings = seed, Clustering(**settings)
         self.settings.check("init")
 

@@ -9,7 +9,7 @@ import torch
 from lightning.pytorch import LightningModule
 from torch import Tensor, nn
 
-from zoo.errors import WorkError
+from zoo.errors import InputError, WorkError, in_brief
 from zoo.models.base import FeatureModel, Model
 from zoo.training.ensemble import Ensemble
 from zoo.training.weights import set_weights
@@ -139,6 +139,31 @@ class Training(LightningModule):
         """The optimizer chosen."""
         assert self.make_optimizer is not None
         return self.make_optimizer([parameter for parameter in self.parameters() if parameter.requires_grad])
+
+
+def check_steps(make: MakeOptimizer) -> None:
+    """Let an optimizer take two steps with one weight: what it does not take, it says here, and not in the middle of a training.
+
+    Raises:
+        InputError: its settings are none.
+    """
+    weight = nn.Parameter(torch.tensor([1.5]))
+
+    def loss() -> Tensor:
+        stepper.zero_grad()
+        value = (weight**4).sum()  # its minimum is more than a step away
+        value.backward()
+        return value
+
+    try:
+        stepper = make([weight])
+        stepper.step(loss)  # type: ignore[arg-type]
+        if bool(weight.isnan()):
+            raise ValueError("its first step leads nowhere")
+        stepper.step(loss)  # type: ignore[arg-type]
+    except (TypeError, ValueError, RuntimeError) as error:
+        given = ", ".join(f"optimizer.{key}={value}" for key, value in getattr(make, "keywords", {}).items())
+        raise InputError(f"{given}: {getattr(getattr(make, 'func', make), '__name__', 'the optimizer')} refuses ({in_brief(error)})") from error
 
 
 def lowered(checkpoint: Mapping[str, Any], goal: float | None) -> bool:

@@ -20,7 +20,7 @@ from torch import Generator
 
 import zoo
 from zoo.errors import InputError
-from zoo.given import check_number
+from zoo.given import LARGEST_SEED, check_number
 from zoo.measurements.run import Run
 from zoo.models.base import FeatureModel, Model
 from zoo.models.prediction import usable_device
@@ -28,7 +28,7 @@ from zoo.training.checkpoints import save_fitted
 from zoo.training.gradient import fit_by_gradient
 from zoo.training.init import Init, log_to
 from zoo.training.members import Member, compare_members, write_members
-from zoo.training.module import MakeOptimizer, Training
+from zoo.training.module import MakeOptimizer, Training, check_steps
 from zoo.training.one_after_another import one_after_another
 from zoo.training.quiet import quiet_lightning
 from zoo.training.random_init import RandomInit
@@ -39,8 +39,6 @@ from zoo.training.threads import threads_for
 from zoo.training.weights import weight_vector
 
 EVENTS = "tensorboard"
-LARGEST = 2**63 - 1
-"""Number that torch takes as a seed."""
 WIDTH = 32
 """Numbers that a block makes in a small net's largest tensor, to judge how many threads are worth it."""
 
@@ -222,12 +220,14 @@ def _check(model: Model, runs: Sequence[Run], optimizer: MakeOptimizer | Fitter 
         raise InputError(f"{type(model).__name__} is no map of features and cannot be trained by gradient; leave optimizer=auto")
     if not hasattr(optimizer, "fit"):
         weight_vector(model)  # raises where there are none
+        if not is_stepwise(optimizer):
+            check_steps(cast(MakeOptimizer, optimizer))
 
 
 def _check_numbers(**given: Any) -> None:
     for name, value in given.items():
         if value is not None or name not in {"goal", "batch_size"}:
-            low, high = 1 if name in {"epochs", "batch_size", "seeds"} else 0, LARGEST if name == "seed" else math.inf
+            low, high = 1 if name in {"epochs", "batch_size", "seeds"} else 0, LARGEST_SEED if name == "seed" else math.inf
             check_number(name, value, low, high, whole=name != "goal")
 
 

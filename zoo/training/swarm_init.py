@@ -7,6 +7,7 @@ from typing import Any
 from torch import Tensor
 
 from zoo.errors import WorkError
+from zoo.given import check_seed
 from zoo.progress import progress
 from zoo.swarm.algorithm import SwarmAlgorithm
 from zoo.training.init import Init, Log
@@ -28,6 +29,7 @@ class SwarmInit(Init):
             seed: of the search alone.
             **settings: passed on to the algorithm's `init`.
         """
+        check_seed("init.seed", seed)
         self.search = SwarmSearch("init", algorithm, particles, steps, reach, **settings)
         self.seed = seed
 

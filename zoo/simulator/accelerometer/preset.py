@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping
 from dataclasses import dataclass, fields, replace
 
 from zoo.errors import InputError, nearest
+from zoo.given import is_number
 from zoo.simulator.streams import stream, uniform
 
 FITTED = "fitted to the line's residual in hui2016"
@@ -123,7 +123,7 @@ def accelerometer(name: str = HUI2016.name, **changes: float | None) -> Accelero
 
 
 def _checked(key: str, value: object) -> float:
-    if isinstance(value, bool) or not isinstance(value, (int, float)) or not math.isfinite(value):
+    if not is_number(value):
         raise InputError(f"gyro.{key}={value}: a number is possible")
     if key in POSITIVE and value <= 0:
         raise InputError(f"gyro.{key}={value}: a number above 0 is possible")

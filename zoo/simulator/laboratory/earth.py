@@ -6,6 +6,7 @@ import math
 from collections.abc import Sequence
 
 from zoo.errors import InputError, nearest
+from zoo.given import is_number
 from zoo.units import convert
 
 EARTH_RAD_PER_S = 7.292115e-5
@@ -30,7 +31,7 @@ def earth_rate(latitude_deg: float, axis: str | Sequence[float] = "up") -> float
     Raises:
         InputError: a latitude beyond the poles, or an axis that is none.
     """
-    if not _finite(latitude_deg) or abs(latitude_deg) > 90:
+    if not is_number(latitude_deg) or abs(latitude_deg) > 90:
         raise InputError(f"latitude_deg={latitude_deg}: a number from -90 (south pole) to 90 (north pole) is possible")
     _, north, up = direction(axis)
     latitude = math.radians(latitude_deg)
@@ -50,7 +51,7 @@ def direction(axis: str | Sequence[float]) -> tuple[float, float, float]:
 
 
 def _unit(axis: Sequence[float]) -> tuple[float, float, float]:
-    if not isinstance(axis, Sequence) or len(axis) != 3 or not all(_finite(one) for one in axis) or not any(axis):
+    if not isinstance(axis, Sequence) or len(axis) != 3 or not all(is_number(one) for one in axis) or not any(axis):
         raise InputError(f"axis={axis}: one of {', '.join(AXES)}, or three finite numbers [east, north, up], not all of them 0, is possible")
     length = math.hypot(*axis)
     return axis[0] / length, axis[1] / length, axis[2] / length
@@ -60,7 +61,3 @@ def _named(axis: str) -> tuple[float, float, float]:
     if axis not in AXES:
         raise InputError(f"axis={axis}: {nearest(axis, AXES)}; or [east, north, up]")
     return AXES[axis]
-
-
-def _finite(value: object) -> bool:
-    return isinstance(value, (int, float)) and not isinstance(value, bool) and math.isfinite(value)

@@ -120,10 +120,13 @@ def campaign(runs: Sequence[Campaign], check: Campaign) -> Campaign:
         check: profile of the check run.
 
     Raises:
-        InputError: no runs.
+        InputError: no runs, or what is no profile.
     """
     if not runs:
         raise InputError("profile.runs is empty; name at least one profile")
+    for key, one in (*(("runs", one) for one in runs), ("check", check)):
+        if not isinstance(one, Campaign):
+            raise InputError(f"profile.{key}={one}: no profile; each has a _target_ of its own, as in conf/profile/campaign.yaml")
     return Campaign(tuple(one.of(1) for one in runs), check.of(1))
 
 

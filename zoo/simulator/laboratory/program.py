@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import accumulate
@@ -11,6 +10,7 @@ import torch
 from torch import Tensor
 
 from zoo.errors import InputError
+from zoo.given import is_number
 
 ABSOLUTE_ZERO_C = -273.15
 HOTTEST_C = 1000.0
@@ -112,7 +112,7 @@ def _ends(legs: Sequence[Sequence[float]], dtype: torch.dtype) -> Tensor:
 
 def _check_numbers(values: Sequence[float], count: str, where: str, form: str) -> None:
     """Finite numbers, as many as the form has, the last one a positive duration."""
-    finite = all(isinstance(value, (int, float)) and not isinstance(value, bool) and math.isfinite(value) for value in values)
+    finite = all(map(is_number, values))
     if len(values) != form.count(",") + 1 or not finite:
         raise InputError(f"{where}: {count} numbers are expected, {form}")
     if values[-1] <= 0:
