@@ -296,3 +296,25 @@ def test_a_users_effect_with_a_memory_of_its_own_is_refused(tmp_path, monkeypatc
     told = capsys.readouterr().err
     assert "effect 'hottest' (hottest_of_mine.Hottest) has a memory of its own" in told
     assert not Path("out/a.csv").exists()
+
+
+@pytest.mark.parametrize("name", ["polynomial", "graybox"])
+def test_a_row_alone_is_compensated_as_a_longer_files_first(trained, name) -> None:
+    frame = recording()
+    frame.to_csv("long.csv", index=False)
+    frame.head(1).to_csv("one.csv", index=False)
+    assert compensate(trained[name], "data.files=[one.csv,long.csv]") == 0
+    one, whole = (pd.read_csv(f"out/{file}.csv") for file in ("one", "long"))
+    assert one["rate_dph_compensated"][0] == whole["rate_dph_compensated"][0]
+    assert [file["rows"] for file in facts()] == [1, len(frame)]
+
+
+def test_a_time_that_pandas_keeps_as_a_range_is_read_and_kept(trained) -> None:
+    frame = recording()
+    frame.to_parquet("plain.parquet")
+    numbered = frame.drop(columns="time_s").set_index(pd.RangeIndex(10, 10 + 20 * len(frame), 20, name="time_s"))
+    numbered.to_parquet("numbered.parquet")
+    assert compensate(trained["polynomial"], "data.files=[numbered.parquet,plain.parquet]") == 0
+    back, plain = (pd.read_parquet(f"out/{file}.parquet") for file in ("numbered", "plain"))
+    assert back.index.equals(numbered.index)
+    assert np.array_equal(back["rate_dph_compensated"], plain["rate_dph_compensated"])

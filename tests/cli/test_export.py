@@ -95,7 +95,7 @@ def test_recordings_that_are_gone_are_done_without(trained, tmp_path) -> None:
     [
         ([], "run is not set"),
         (["run=nowhere"], "no model.yaml in or below it"),
-        (["run={trained}", "refuse_outside=maybe"], "refuse_outside=maybe: possible: true, false"),
+        (["run={trained}", "refuse_outside=maybe"], "refuse_outside=maybe: true or false is possible"),
         (["run={trained}", "torch_device=tpu"], "possible: cpu, cuda"),
     ],
 )

@@ -32,7 +32,7 @@ def test_every_method_has_its_rows_and_the_figures_are_drawn(paper: str, tmp_pat
     assert run("reproduce", [f"paper={paper}", *common, f"data.folder={tmp_path / 'data'}", f"hydra.run.dir={out}"]) == 0
     assert capsys.readouterr().out.strip().endswith("table.csv")
     table = pd.read_csv(out / "table.csv")
-    assert list(table.columns[:6]) == ["quantity", "unit", "stage", "sample", "model", "paper"]
+    assert list(table.columns) == ["quantity", "stage", "sample", "model", "paper", "ours", "ours_low", "ours_high", "unit"]
     assert table.ours.notna().all()
     assert {path.stem for path in (out / "figures").iterdir()} == FIGURES[paper]
     assert "| found |" in (out / "table.md").read_text()

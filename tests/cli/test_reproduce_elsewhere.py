@@ -16,7 +16,7 @@ def test_every_method_is_fitted_to_the_papers_data_and_to_all_others(tmp_path: P
     out = tmp_path / "out"
     assert run("reproduce", ["paper=hui2016", "seeds=2", "others.count=1", f"data.folder={tmp_path / 'data'}", f"hydra.run.dir={out}"]) == 0
     table = pd.read_csv(out / "table.csv")
-    assert list(table.columns[:7]) == ["quantity", "unit", "stage", "sample", "model", "paper", "ours"]
+    assert list(table.columns[:6]) == ["quantity", "stage", "sample", "model", "paper", "ours"]
     methods = ["uncompensated", "line", "wavelet network", "wavelet network by L-BFGS", "wavelet network by LM", "BP by LM", "LS-SVM"]
     assert list(table[table.quantity == "variance"].model.unique()) == methods
     assert list(table[table["sample"] == "alignment"].model.unique()) == [*methods, "known point by point"]

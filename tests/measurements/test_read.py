@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+import pandas as pd
 import pytest
 import torch
 
@@ -307,3 +308,16 @@ def test_a_real_recording_with_jitter_and_foreign_names() -> None:
     assert run.blocks == 425
     first = read_runs(REAL, columns={"output": "gyro_x_rad_per_s"})[0]
     assert any("jumps after the first row" in note for note in first.notes)
+
+
+def test_a_named_range_of_pandas_is_a_column(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Pandas writes no numbers for it, only where it starts, and with which step."""
+    frame = pd.DataFrame(recording(500, 10.0))
+    frame.to_parquet(tmp_path / "plain.parquet")
+    start = int(frame["time_s"][0])
+    frame.drop(columns="time_s").set_index(pd.RangeIndex(start, start + 5000, 10, name="time_s")).to_parquet(tmp_path / "range.parquet")
+    monkeypatch.setattr("zoo.measurements.table.chunks.__defaults__", (1200,))  # bytes: many chunks
+    plain, ranged = (read_runs(tmp_path / f"{name}.parquet", average_s=None)[0] for name in ("plain", "range"))
+    assert np.allclose(plain.time - ranged.time, plain.time[0] - ranged.time[0])
+    assert np.array_equal(plain.error, ranged.error)
+    assert ranged.columns == plain.columns

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import NoReturn
@@ -16,13 +17,13 @@ from zoo.measurements.rows import Rows
 
 
 def column_names(path: Path) -> tuple[str, ...]:
-    """The names in the file's schema.
+    """The names in the file's schema, and that of a range by which pandas numbers the rows where it has one.
 
     Raises:
         InputError: the file is empty or no parquet.
     """
     with _opened(path) as file:
-        return tuple(file.schema_arrow.names)
+        return (*file.schema_arrow.names, *_numbering(file.schema_arrow))
 
 
 def rows(path: Path, columns: Sequence[str], chunk_bytes: int, keep: bool = False, filled: int | None = None) -> Iterator[Rows]:
@@ -33,14 +34,18 @@ def rows(path: Path, columns: Sequence[str], chunk_bytes: int, keep: bool = Fals
     """
     del filled  # every cell is a number or missing
     with _opened(path) as file:
-        _check_types(path, file.schema_arrow, columns)
-        wanted = list(file.schema_arrow.names if keep else columns)
+        numbering = {name: one for name, one in _numbering(file.schema_arrow).items() if name in columns}
+        stored = [name for name in columns if name not in numbering]
+        _check_types(path, file.schema_arrow, stored)
+        wanted = list(file.schema_arrow.names if keep else stored)
         size, done = max(1, chunk_bytes // (8 * len(wanted))), 0
         try:
             for batch in file.iter_batches(batch_size=size, columns=wanted):
+                place = np.arange(done, done + batch.num_rows)
                 done += batch.num_rows
                 if batch.num_rows:
-                    parsed = np.column_stack([numbers(batch.column(column)) for column in columns])
+                    ranges = {name: start + step * place.astype(np.float64) for name, (start, step) in numbering.items()}
+                    parsed = np.column_stack([ranges[name] if name in ranges else numbers(batch.column(name)) for name in columns])
                     yield Rows(parsed, (batch,) if keep else (), done / file.metadata.num_rows)
         except (pa.ArrowException, OSError) as error:
             raise InputError(f"{path}: cannot be read to its end ({str(error).splitlines()[0]})") from error
@@ -70,6 +75,12 @@ def explain(path: Path, columns: Sequence[str], chunk: np.ndarray, before: int, 
     previous = chunk[row - 1, 0] if row else last
     now = float(chunk[row, 0])
     raise BadRow(f"{where}, column {columns[0]}: {now!r} follows {float(previous)!r}; the time must increase from row to row")
+
+
+def _numbering(schema: pa.Schema) -> dict[str, tuple[float, float]]:
+    """Start and step of a named range that pandas numbers the rows by, which is no column: only the file's metadata tell it."""
+    told = json.loads((schema.metadata or {}).get(b"pandas", b"{}")).get("index_columns", [])
+    return {one["name"]: (one["start"], one["step"]) for one in told if isinstance(one, dict) and one.get("kind") == "range" and one.get("name")}
 
 
 def _opened(path: Path) -> pa.parquet.ParquetFile:

@@ -200,7 +200,8 @@ class Compensation:
     def _push(self, numbers: np.ndarray, error: np.ndarray, predicted: np.ndarray) -> None:
         """Takes rows for the means by which the result is judged."""
         if self._recording is None:
-            step = median_step(self._one.path, [numbers[np.isfinite(numbers[:, 0])]])
+            timed = numbers[np.isfinite(numbers[:, 0])]
+            step = median_step(self._one.path, [timed]) if len(timed) > 1 else 1.0  # a row alone is a block, whatever its length
             self._recording = Recording(step, self._average_s, GAP_STEPS * step if self._gap_s is None else max(self._gap_s, step))
         rows = np.stack([numbers[:, 0], error, predicted], axis=1)
         rows = rows[np.isfinite(rows).all(axis=1)]

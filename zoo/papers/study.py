@@ -47,8 +47,9 @@ class Row:
     high: float
 
     def record(self) -> dict[str, Any]:
-        """As a table takes it."""
-        return asdict(self)
+        """As a table takes it: the contract's columns, and what it does not ask for."""
+        told = asdict(self)
+        return told | {"unit": told.pop("unit")}
 
 
 @dataclass(frozen=True)

@@ -147,7 +147,7 @@ def check_steps(make: MakeOptimizer) -> None:
     Raises:
         InputError: its settings are none.
     """
-    weight = nn.Parameter(torch.tensor([1.5]))
+    weight = nn.Parameter(torch.tensor([1.5], dtype=torch.float64))
 
     def loss() -> Tensor:
         stepper.zero_grad()
