@@ -16,10 +16,12 @@ from zoo.diagnosis.free_functions import TOGETHER, anywhere, free_functions, fun
 from zoo.diagnosis.moments import moments, rarity
 from zoo.diagnosis.restless import restless
 from zoo.diagnosis.structure import (
+    CLEAR,
     LEVEL_ALLOWED,
     LINE,
     MATERIAL,
     SIGNIFICANT,
+    SLIGHT,
     Structure,
     _lines,
     _outdone,
@@ -170,6 +172,21 @@ def test_temperature_times_the_square_of_the_rate_goes_with_both(planted, base, 
     assert max(found, key=lambda words: found[words]) == TOGETHER
 
 
+@pytest.mark.parametrize(("seed", "size"), [(1, 2.0), (2, 2.4), (3, 3.0)])
+def test_a_small_share_is_not_overlooked_where_it_clearly_goes_with_something(planted, base, white, seed, size) -> None:
+    """What only heating brings goes into Shupe's effect for the most part; what that leaves is a fifteenth of the variance, and nothing by chance."""
+
+    def heating(run: Run, coil: Tensor) -> Tensor:
+        warming = torch.gradient(coil, spacing=(run.time,))[0].clamp_min(0.0)
+        return size * white * warming / warming.max()
+
+    bench = planted(heating, seed)
+    before = bench.solve(tuple(base))
+    best = max(anywhere(bench, before).values(), key=lambda one: one.evidence)
+    assert SLIGHT < 2.0 * best.gain / bench.blocks < MATERIAL
+    assert not is_noise(bench, before, before)
+
+
 @pytest.mark.parametrize("seed", [1, 2, 3, 4, 5])
 def test_noise_is_worth_nothing_at_any_coil(runs, catalogue, base, seed) -> None:
     bench = open_bench(runs("", seed), base, catalogue)
@@ -189,12 +206,19 @@ def test_the_highest_temperature_is_not_moisture(planted, base, white, seed) -> 
 def test_what_a_bent_coil_leaves_counts_by_its_evidence_and_by_its_share_of_chi_squared(diagnosis) -> None:
     found = diagnosis("")
     bench, base = found.bench, found.search.base
-    known, share = dict(base.freed), 0.5 * MATERIAL * bench.blocks
+    known, needed = dict(base.freed), SIGNIFICANT + math.log(2)
     try:
-        for evidence, gain, noise in ((100.0, 1.1 * share, False), (100.0, 0.9 * share, True), (SIGNIFICANT, 1.1 * share, True)):
+        for evidence, share, noise in (
+            (1.1 * needed, 1.1 * MATERIAL, False),
+            (1.1 * needed, 0.9 * MATERIAL, True),
+            (SIGNIFICANT, 1.1 * MATERIAL, True),
+            (1.1 * CLEAR * needed, 1.1 * SLIGHT, False),
+            (0.9 * CLEAR * needed, 0.9 * MATERIAL, True),
+            (100.0 * needed, 0.9 * SLIGHT, True),
+        ):
             base.freed.clear()
-            base.freed.update({"the size": Freed(evidence, gain, evidence), "the time": Freed(-1.0, 3.0, -9.0)})
-            assert is_noise(bench, base, base) is noise
+            base.freed.update({"the size": Freed(evidence, 0.5 * share * bench.blocks, evidence), "the time": Freed(-1.0, 3.0, -9.0)})
+            assert is_noise(bench, base, base) is noise, (evidence, share)
     finally:
         base.freed.clear()
         base.freed.update(known)

@@ -29,6 +29,9 @@ SIGNIFICANT = 5.0
 """Log Bayes factor of a free function over none."""
 MATERIAL = 0.08
 """Share of the noise variance that a free function must explain to matter."""
+SLIGHT, CLEAR = 0.03, 1.5
+"""Share from which it matters as well, where the evidence is so many times what is needed. Of 86 simulated gyros with nothing hidden none has more
+than .6 times that, of 29 of their runs taken alone one .9 times, with a share below .05."""
 BELIEVED = 0.1
 """Share that is believed of a log Bayes factor between a free function and a named effect of the same quantity."""
 KURTOSIS = 4.0
@@ -266,7 +269,12 @@ def _bent_to(bench: Workbench, base: Solved) -> float:
     """
     freed = _freed(bench, base)
     needed = SIGNIFICANT + math.log(max(len(freed), 1))
-    return max((min(one.evidence / needed, 2.0 * one.gain / (MATERIAL * bench.blocks)) for one in freed.values()), default=0.0)
+
+    def strain(one: Freed) -> float:
+        clear, share = one.evidence / needed, 2.0 * one.gain / bench.blocks
+        return max(min(clear, share / MATERIAL), min(clear / CLEAR, share / SLIGHT))
+
+    return max(map(strain, freed.values()), default=0.0)
 
 
 def _freed(bench: Workbench, base: Solved) -> dict[str, Freed]:
