@@ -291,6 +291,7 @@ def test_an_effect_that_is_there_already_or_lacks_its_column(told, tmp_path) -> 
         ("data.columns.foo=rate_dph", "foo"),
     ],
 )
+@pytest.mark.filterwarnings("ignore:provider=hydra.searchpath")  # Hydra's own, before this project's error
 def test_a_setting_that_makes_no_sense(told, tmp_path, setting, words) -> None:
     key = f"+{setting}" if "columns.foo" in setting else setting
     assert words in told(f"data.files=[{written(tmp_path / 'a.csv', table())}]", key)
