@@ -52,6 +52,15 @@ def test_a_wrong_setting_of_the_simulation_is_told(tmp_path: Path, capsys: pytes
     assert not list(tmp_path.glob("medium*"))
 
 
+def test_a_file_that_is_none_of_the_simulated_ones_is_told(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    train(tmp_path)
+    for key in ("data.files", "data.check_files"):
+        capsys.readouterr()
+        assert run("train", [*SHORT, f"data.folder={tmp_path / 'data'}", f"{key}=[mine.csv]", f"hydra.run.dir={tmp_path / 'no'}"]) == 2
+        assert f"{key}: mine.csv: is none of the simulated runs" in capsys.readouterr().err
+    assert train(tmp_path, "data.files=run_1.parquet")["rms"] == train(tmp_path, "data.files=[run_*.parquet]")["rms"]
+
+
 def test_the_users_own_gyro_is_simulated_and_anew_once_it_is_changed(tmp_path: Path) -> None:
     path = tmp_path / "conf" / "gyro" / "mine.yaml"
     path.parent.mkdir(parents=True)

@@ -26,11 +26,26 @@ def both(network, physics):
 NEWER = pytest.mark.skipif(not SCANS, reason="this torch writes no loops down")
 
 
-@pytest.fixture(scope="module", params=["network", "no memory", pytest.param("network and all effects", marks=NEWER)])
+class Line(Model):
+    """A model of a user's own: no network of features, and nothing to remember."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.inputs = ["time_s", "temperature_c"]
+        self.slope = nn.Parameter(torch.tensor(0.01, dtype=torch.float64))
+
+    def forward(self, x: torch.Tensor) -> torch.Tensor:
+        return self.slope * x[:, 1]
+
+
+@pytest.fixture(
+    scope="module", params=["network", "no memory", pytest.param("own, no memory", marks=NEWER), pytest.param("network and all effects", marks=NEWER)]
+)
 def programs(request, network, graybox):
     made = {
         "network": lambda: network("bp", features=RICH),
         "no memory": lambda: network("polynomial", features=["temperature"]),
+        "own, no memory": Line,
         "network and all effects": lambda: both(network("bp"), graybox(names("effects"), ("temperature_c", "temperature_outer_c"))),
     }
     model = made[request.param]()

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import glob
 from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
@@ -65,9 +66,18 @@ def _points(given: Any) -> Points:
 
 
 def _put_into(place: Path, data: DictConfig) -> None:
-    """Let the names of files be those of a recording."""
+    """Let the names of files be those of a recording.
+
+    Raises:
+        InputError: it has no such file.
+    """
     for key in ("files", "check_files"):
-        data[key] = [str(place / name) for name in data[key]]
+        given = _plain(data[key]) or []
+        inside = {name: str(place / name) for name in ([given] if isinstance(given, str) else given)}
+        absent = next((name for name, path in inside.items() if not glob.glob(path)), None)  # noqa: PTH207 (Path.glob takes no absolute pattern)
+        if absent is not None:
+            raise InputError(f"data.{key}: {absent}: is none of the simulated runs that were chosen; data=files is for your own")
+        data[key] = list(inside.values())
 
 
 def _check_unseen(check_files: Any, files: Any) -> None:

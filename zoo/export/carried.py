@@ -30,7 +30,7 @@ class First(nn.Module):
     def forward(self, x: Tensor) -> tuple[Tensor, Tensor]:
         """See the class."""
         predicted, states = continued(self.model, x, [])
-        return predicted, packed(states, self.shapes)
+        return predicted, packed(states, self.shapes, x)
 
 
 class Next(nn.Module):
@@ -44,16 +44,16 @@ class Next(nn.Module):
 
     def forward(self, x: Tensor, state: Tensor) -> tuple[Tensor, Tensor]:
         """See the class."""
-        parts = state.split([shape.numel() for shape in self.shapes])
+        parts = state.split([shape.numel() for shape in self.shapes]) if self.shapes else ()  # no node of a graph may have no outputs
         states = [part.reshape(shape) for part, shape in zip(parts, self.shapes, strict=True)]
         predicted, states = continued(self.model, x, states)
-        return predicted, packed(states, self.shapes)
+        return predicted, packed(states, self.shapes, x)
 
 
-def packed(states: list[Tensor], shapes: list[torch.Size]) -> Tensor:
-    """(S,) the states one after another; a state that the first row leaves narrower than later ones is widened."""
+def packed(states: list[Tensor], shapes: list[torch.Size], like: Tensor) -> Tensor:
+    """(S,) the states one after another, `like` a tensor of the record; a state that the first row leaves narrower than later ones is widened."""
     if not states:
-        return torch.zeros(0, dtype=torch.float64)
+        return like.new_zeros(0)
     return torch.cat([state.expand(shape).reshape(-1) for state, shape in zip(states, shapes, strict=True)])
 
 
