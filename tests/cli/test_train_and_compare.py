@@ -179,6 +179,14 @@ def test_a_folder_used_again_holds_nothing_of_the_model_before(recordings, tmp_p
     assert not (tmp_path / "refinement.json").exists()
 
 
+@pytest.mark.parametrize("continuous", ["true", "false"])
+def test_segments_of_temperature_alone_are_trained_by_any_route_and_exported(recordings, tmp_path, continuous) -> None:
+    model = ["model=piecewise_polynomial", "model.features=[temperature]", "model.segments=3", f"model.continuous={continuous}"]
+    assert train(recordings, tmp_path / "lm", *model, "optimizer=levenberg_marquardt", "epochs=5") == 0
+    assert train(recordings, tmp_path / "own", *model) == 0
+    assert run("export", [f"run={tmp_path / 'own'}", f"hydra.run.dir={tmp_path / 'out'}"]) == 0
+
+
 def test_programs_of_an_earlier_export_do_not_stay_beside_another_models_script(recordings, tmp_path) -> None:
     assert train(recordings, tmp_path / "line", "model=polynomial") == 0
     for program in ("true", "false"):

@@ -80,7 +80,8 @@ def explain(path: Path, columns: Sequence[str], chunk: np.ndarray, before: int, 
 def _numbering(schema: pa.Schema) -> dict[str, tuple[float, float]]:
     """Start and step of a named range that pandas numbers the rows by, which is no column: only the file's metadata tell it."""
     told = json.loads((schema.metadata or {}).get(b"pandas", b"{}")).get("index_columns", [])
-    return {one["name"]: (one["start"], one["step"]) for one in told if isinstance(one, dict) and one.get("kind") == "range" and one.get("name")}
+    ranges = [one for one in told if isinstance(one, dict) and one.get("kind") == "range" and one.get("name")]
+    return {one["name"]: (one["start"], one["step"]) for one in ranges if one["name"] not in schema.names}
 
 
 def _opened(path: Path) -> pa.parquet.ParquetFile:

@@ -175,7 +175,7 @@ class ClusteredInit(Init):
             seed: of the partitions.
             **settings: see `Clustering`.
         """
-        check_seed("init.seed", seed)
+        check_seed("seed (init.seed)", seed)
         self.seed, self.settings = seed, Clustering(**settings)
         self.settings.check("init")
 

@@ -52,7 +52,7 @@ class LinearWeights:
             plain = outputs(here)
             return plain, plain.new_empty(0, len(plain))
         units = torch.eye(len(self.index), dtype=weights.dtype, device=weights.device).split([one.numel() for one in here.values()], dim=-1)
-        ways = {name: unit.view(-1, *one.shape) for (name, one), unit in zip(here.items(), units, strict=True)}
+        ways = {name: unit.view(len(self.index), *one.shape) for (name, one), unit in zip(here.items(), units, strict=True)}
         # One evaluation of what is not linear serves all columns, as it does not depend on the way.
         both: Any = vmap(lambda way: jvp(outputs, (here,), (way,)))(ways)
         return both[0][0], both[1]

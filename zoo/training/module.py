@@ -161,7 +161,7 @@ def check_steps(make: MakeOptimizer) -> None:
         if bool(weight.isnan()):
             raise ValueError("its first step leads nowhere")
         stepper.step(loss)  # type: ignore[arg-type]
-    except (TypeError, ValueError, RuntimeError) as error:
+    except (TypeError, ValueError, RuntimeError, AssertionError) as error:
         given = ", ".join(f"optimizer.{key}={value}" for key, value in getattr(make, "keywords", {}).items())
         raise InputError(f"{given}: {getattr(getattr(make, 'func', make), '__name__', 'the optimizer')} refuses ({in_brief(error)})") from error
 
