@@ -123,7 +123,7 @@ def test_wrong_input_is_named_in_a_line(recordings, tmp_path, capsys, more, word
     assert "Traceback" not in message
     for word in words:
         assert word in message
-    assert not (tmp_path / "metrics.json").exists()
+    assert not {"metrics.json", "last.ckpt", "prediction.png"} & {path.name for path in tmp_path.iterdir()}
 
 
 def test_divergence_is_a_failure_and_no_input_error(recordings, tmp_path, capsys) -> None:
@@ -173,10 +173,11 @@ def test_a_folder_used_again_holds_nothing_of_the_model_before(recordings, tmp_p
     assert only.kind == "polynomial"
     files = [f"data.files=[{recordings / 'a.csv'},{recordings / 'b.csv'}]", "data.average_s=100"]
     assert run("refine", [*files, "effects=[static_bias]", "add=[mohr]", f"hydra.run.dir={tmp_path}"]) == 0
-    assert not (tmp_path / "metrics.json").exists()
+    assert not {"metrics.json", "last.ckpt", "prediction.png"} & {path.name for path in tmp_path.iterdir()}
     assert load_saved(tmp_path).facts["ladder"][-1]["added"] == "mohr"
     assert train(recordings, tmp_path, "model=polynomial") == 0
     assert not (tmp_path / "refinement.json").exists()
+    assert {"last.ckpt", "prediction.png"} <= {path.name for path in tmp_path.iterdir()}
 
 
 @pytest.mark.parametrize("continuous", ["true", "false"])
@@ -185,6 +186,16 @@ def test_segments_of_temperature_alone_are_trained_by_any_route_and_exported(rec
     assert train(recordings, tmp_path / "lm", *model, "optimizer=levenberg_marquardt", "epochs=5") == 0
     assert train(recordings, tmp_path / "own", *model) == 0
     assert run("export", [f"run={tmp_path / 'own'}", f"hydra.run.dir={tmp_path / 'out'}"]) == 0
+
+
+def test_a_fit_of_mean_features_that_bends_within_blocks_is_told(recordings, tmp_path, capsys) -> None:
+    """High powers over long blocks: the mean of a power is not the power of a mean."""
+    files = [f"data.files=[{recordings / 'a.csv'},{recordings / 'b.csv'}]", "data.average_s=600"]
+    for optimizer, told in (("levenberg_marquardt", True), ("least_squares", False)):
+        capsys.readouterr()
+        model = ["model=polynomial", "model.order=12", "model.rate_order=12", f"optimizer={optimizer}"]
+        assert run("train", [*model, *files, f"hydra.run.dir={tmp_path / optimizer}"]) == 0
+        assert ("bends within blocks" in capsys.readouterr().err) is told
 
 
 def test_programs_of_an_earlier_export_do_not_stay_beside_another_models_script(recordings, tmp_path) -> None:

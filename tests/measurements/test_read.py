@@ -321,3 +321,5 @@ def test_a_named_range_of_pandas_is_a_column(tmp_path: Path, monkeypatch: pytest
     assert np.allclose(plain.time - ranged.time, plain.time[0] - ranged.time[0])
     assert np.array_equal(plain.error, ranged.error)
     assert ranged.columns == plain.columns
+    frame.set_index(pd.RangeIndex(len(frame), name="time_s")).to_parquet(tmp_path / "both.parquet")
+    assert np.array_equal(read_runs(tmp_path / "both.parquet", average_s=None)[0].time, plain.time), "a column goes before a range of its name"

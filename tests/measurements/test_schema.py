@@ -81,13 +81,19 @@ def test_times_and_temperatures_in_other_units_are_converted(tmp_path: Path) -> 
     assert run.notes == ("t_ms is converted from ms to s", "spool_k is converted from K to °C")
 
 
-@pytest.mark.parametrize("name", ["reference", "Reference_dph", "reference_deg_per_h", "reference_m_per_s2", "reference table"])
+@pytest.mark.parametrize("name", ["reference", "Reference_dph", "reference_deg_per_h", "reference table"])
 def test_what_is_called_a_reference_and_is_not_taken_for_it_is_told(name: str) -> None:
     found = layout(HERE, (*PLAIN, name))
     assert found.reference is None
     (note,) = found.notes
     assert note.startswith(f"{name} is not used")
     assert "data.columns.reference=" in note
+    assert layout(HERE, (*PLAIN, name), {"reference": name}).reference, "and what it says to do is possible"
+
+
+@pytest.mark.parametrize(("name", "unit"), [("reference_m_per_s2", "m/s²"), ("reference_c", "°C")])
+def test_a_reference_of_another_quantity_is_told_to_be_one(name: str, unit: str) -> None:
+    assert layout(HERE, (*PLAIN, name)).notes == (f"{name} is not used, as it is in {unit}, the output in °/h",)
 
 
 def test_a_second_reference_or_a_word_that_begins_alike_is_not_told() -> None:

@@ -15,7 +15,7 @@ from torch import Generator, Tensor
 from zoo.catalog import build, create, load, load_model, names, save_model
 from zoo.measurements.run import Run
 from zoo.models.base import FeatureModel, Model
-from zoo.training.checkpoints import CHECKPOINT
+from zoo.training.files import CHECKPOINT
 from zoo.training.module import Training
 from zoo.training.random_init import RandomInit
 from zoo.training.run import train

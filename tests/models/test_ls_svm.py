@@ -5,7 +5,8 @@ import torch
 
 from zoo.catalog import load_model, save_model
 from zoo.models.ls_svm import LsSvm, gaussians
-from zoo.training.checkpoints import CHECKPOINT, save_fitted
+from zoo.training.checkpoints import save_fitted
+from zoo.training.files import CHECKPOINT
 from zoo.training.module import Training
 
 FEATURES = ["temperature", "temperature_rate"]

@@ -7,6 +7,7 @@ import torch
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from zoo.scoring import stages
 from zoo.scoring.stages import KINDS, bias_stability, label_stages, local_rate, stage_mask, stage_names
 
 RESOLUTION = 0.0625
@@ -103,3 +104,7 @@ def test_what_moves_below_the_floor_is_held_however_far_it_gets() -> None:
     time = torch.arange(50.0, 7200.0, 100.0, dtype=torch.float64)
     assert [stage.kind for stage in label_stages(time, 20 + 0.04 * time / 60)] == ["hold"]
     assert [stage.kind for stage in label_stages(time, 20 + 0.07 * time / 60)] == ["heating"]
+
+
+def test_the_usual_rate_of_more_values_than_torchs_quantile_takes() -> None:
+    assert stages._fast(torch.arange(2**24 + 1, dtype=torch.float32) - 2**23) == pytest.approx(0.75 * 2**23, rel=1e-6)

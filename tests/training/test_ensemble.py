@@ -14,7 +14,7 @@ from zoo.models.bp import BP
 from zoo.models.polynomial import Polynomial
 from zoo.models.prediction import predict_blocks
 from zoo.swarm import aco, pheromone, pso
-from zoo.training.checkpoints import CHECKPOINT
+from zoo.training.files import CHECKPOINT
 from zoo.training.least_squares import LeastSquares
 from zoo.training.levenberg_marquardt import LevenbergMarquardt
 from zoo.training.members import read_members

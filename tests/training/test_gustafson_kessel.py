@@ -13,7 +13,7 @@ from torch import Generator, Tensor
 from zoo.catalog import build, load
 from zoo.errors import InputError
 from zoo.models.takagi_sugeno import TakagiSugeno
-from zoo.training.checkpoints import CHECKPOINT
+from zoo.training.files import CHECKPOINT
 from zoo.training.gustafson_kessel import ClusteredInit, Clustering, GustafsonKessel, clustered_weights
 from zoo.training.run import train
 from zoo.training.weights import weight_vector

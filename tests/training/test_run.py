@@ -17,7 +17,7 @@ from zoo.models.bp import BP
 from zoo.models.polynomial import Polynomial
 from zoo.models.prediction import block_features, usable_device
 from zoo.swarm import pso
-from zoo.training.checkpoints import CHECKPOINT
+from zoo.training.files import CHECKPOINT
 from zoo.training.least_squares import LeastSquares
 from zoo.training.module import Training
 from zoo.training.random_init import RandomInit

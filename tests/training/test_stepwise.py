@@ -15,7 +15,7 @@ from zoo.models.polynomial import Polynomial
 from zoo.swarm import aco, pheromone, pso
 from zoo.training import problem as problems
 from zoo.training import stepwise
-from zoo.training.checkpoints import CHECKPOINT
+from zoo.training.files import CHECKPOINT
 from zoo.training.least_squares import LeastSquares
 from zoo.training.levenberg_marquardt import LevenbergMarquardt
 from zoo.training.members import read_members

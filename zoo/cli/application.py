@@ -34,7 +34,7 @@ from zoo.cli.papers import paper_settings
 from zoo.cli.plugins import missing_plugin, prefer_own_settings
 from zoo.cli.saved_models import folder_settings
 from zoo.cli.sweeps import sweep_told
-from zoo.cli.wrong_settings import check_flags, check_known, check_lists, check_searchpath, instead, no_choice, unknown_key
+from zoo.cli.wrong_settings import absent_folder, check_flags, check_known, check_lists, check_searchpath, instead, no_choice, unknown_key
 from zoo.errors import InputError, WorkError, causes, nearest
 
 WRONG_SETTINGS = (
@@ -182,6 +182,8 @@ def _unknown_choice(error: BaseException) -> str | None:
     if unknown is None or not isinstance(error, MissingConfigException):
         return None
     group, name = unknown.groups()
+    if told := absent_folder(_searched(error)):
+        return told
     return f"unknown {group.removesuffix('s')} '{name}': {nearest(name, names(group, _searched(error)))}"
 
 

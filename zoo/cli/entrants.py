@@ -24,7 +24,7 @@ from zoo.measurements.predictions import read_prediction
 from zoo.measurements.run import OUTPUT, Run
 from zoo.models.base import Model
 from zoo.models.prediction import predict_blocks
-from zoo.training.members import MEMBERS_FILE
+from zoo.training.files import MEMBERS
 
 NO_SETTINGS = ("seed", "seeds", "torch_device", "resume", "hydra", "data.check_files", "objective")
 """What a config says that makes no other method."""
@@ -99,7 +99,7 @@ def _loaded(folder: Path, scripted: bool) -> list[Entrant]:
         return [Entrant(kind, kind, folder, facts, dict(_flat(metadata.get("settings") or {})), _predictor(module, folder))]
     saved = load_saved(folder)
     settings = _settings(folder, but=NO_SETTINGS if saved.facts.get("init") else (*NO_SETTINGS, "init"))  # a fit by itself has no use for a start
-    if not (folder / MEMBERS_FILE).is_file():
+    if not (folder / MEMBERS).is_file():
         return [Entrant(saved.kind, saved.kind, folder, saved.facts, settings, _predictor(saved.module, folder))]
     members = ((seed, cast(Model, module)) for seed, module in load_members(folder))
     return [Entrant(saved.kind, saved.kind, folder, saved.facts | {"seed": seed}, settings, _predictor(module, folder)) for seed, module in members]

@@ -19,7 +19,7 @@ from zoo.measurements.run import Run
 from zoo.models.base import Model
 from zoo.models.ranges import fitted_ranges
 from zoo.scoring.comparison import UNCOMPENSATED
-from zoo.training.members import MEMBERS_FILE
+from zoo.training.files import CHECKPOINT, MEMBERS, PICTURE
 
 MAKERS = ("train", "refine")
 """Verbs that leave models."""
@@ -61,7 +61,7 @@ class SavedModel:
     facts: dict[str, Any]
 
 
-def keep_model(folder: Path, config: dict[str, Any], module: Model, runs: Sequence[Run], ensemble: bool = False) -> None:
+def keep_model(folder: Path, config: dict[str, Any], module: Model, runs: Sequence[Run], own: Sequence[str] = ()) -> None:
     """Save a model in place of whatever an earlier command has left of another one in its folder.
 
     Args:
@@ -69,10 +69,11 @@ def keep_model(folder: Path, config: dict[str, Any], module: Model, runs: Sequen
         config: as `create` takes it.
         module: the fitted model.
         runs: that it was fitted to.
-        ensemble: whether the members that lie there are this model's.
+        own: names of files there that are this model's already.
     """
-    for name in (*RESULTS, *FORMATS, METADATA, RANGES_FILE, *(() if ensemble else (MEMBERS_FILE,))):
-        (folder / name).unlink(missing_ok=True)
+    for name in (*RESULTS, *FORMATS, METADATA, RANGES_FILE, MEMBERS, CHECKPOINT, PICTURE):
+        if name not in own:
+            (folder / name).unlink(missing_ok=True)
     save_model(folder, config, module, fitted_ranges(module, runs))
 
 

@@ -7,7 +7,7 @@ import shlex
 import sys
 from collections.abc import Iterable
 from contextlib import suppress
-from pathlib import PurePosixPath
+from pathlib import Path, PurePosixPath
 from typing import NoReturn, cast
 
 from hydra._internal.utils import get_args_parser
@@ -53,9 +53,14 @@ def check_searchpath() -> None:
     Raises:
         InputError: says which.
     """
-    absent = next((folder for folder in searchpath() if not folder.is_dir()), None)
-    if absent is not None:
-        raise InputError(f"hydra.searchpath: {absent}: no such folder; give that of your own configs, as file:///FOLDER")
+    if told := absent_folder(searchpath()):
+        raise InputError(told)
+
+
+def absent_folder(folders: Iterable[Path]) -> str | None:
+    """A line on the first folder of configs that is not there; None where all are."""
+    absent = next((folder for folder in folders if not folder.is_dir()), None)
+    return None if absent is None else f"hydra.searchpath: {absent}: no such folder; give that of your own configs, as file:///FOLDER"
 
 
 def check_lists(overrides: Iterable[str]) -> None:
@@ -93,7 +98,7 @@ def no_choice(error: BaseException) -> str | None:
         if value and (possible := names(group.lstrip("+"))):
             with suppress(HydraException):
                 if not isinstance(OverridesParser.create().parse_override(typed).value(), str | list):
-                    return f"{typed}: {nearest(value, possible)}"
+                    return f"{typed}: possible: {', '.join(possible)}"
     return str(error)
 
 

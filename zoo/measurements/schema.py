@@ -278,5 +278,12 @@ def _overlooked(found: Layout, present: Sequence[str]) -> list[str]:
     """A note on each column that is called like a true input and is not taken as it, where nothing else is."""
     used = {source.column for source in found.sources}
     called = [name for name in present if re.match(r"reference(?![a-z])", name.strip(), re.IGNORECASE) and name not in used]
-    way = f"it is not called reference_{found.unit}; if it holds the true input, say {_KEY}.reference="
-    return [] if found.reference else [f"{name} is not used, as {way}{shlex.quote(name)}" for name in called]
+    return [] if found.reference else [f"{name} is not used, as {_why(name, found.unit)}" for name in called]
+
+
+def _why(name: str, unit: str) -> str:
+    """Why a column is not taken as the true input of an output in some unit, and what takes it where that can be."""
+    given = units.output_suffix(name, *units.OUTPUT_QUANTITIES, "temperature")
+    if given is not None and units.UNITS[given].quantity != units.UNITS[unit].quantity:
+        return f"it is in {units.symbol(given)}, the output in {units.symbol(unit)}"
+    return f"it is not called reference_{unit}; if it holds the true input, say {_KEY}.reference={shlex.quote(name)}"

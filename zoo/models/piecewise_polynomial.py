@@ -111,7 +111,7 @@ class PiecewisePolynomial(FeatureModel):
         count = len(self.edges) + 1
         places = torch.arange(sum(one.numel() for one in self.parameters()), device=features.device)
         pieces = places.split([one.numel() for one in self.parameters()])
-        return torch.cat([piece.view(count, piece.numel() // count) for piece in pieces], dim=1), self._segment(features)
+        return torch.cat([piece.view(count, -1) for piece in pieces], dim=1), self._segment(features)
 
     def _below(self) -> Tensor:
         """(S,) where each segment begins; the first one nowhere."""

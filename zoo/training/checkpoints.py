@@ -8,9 +8,9 @@ from pathlib import Path
 from lightning.pytorch import Callback, LightningModule, Trainer
 
 from zoo.artifacts import replacing
+from zoo.training.files import CHECKPOINT
 from zoo.training.module import Training
 
-CHECKPOINT = "last.ckpt"
 EVERY_S = 5.0
 """Time between two checkpoints: what a killed training loses at most, beside one point of the curve. One takes some milliseconds."""
 

@@ -12,7 +12,7 @@ import torch
 from torch import Generator, Tensor
 
 from zoo.errors import InputError
-from zoo.given import check_number, check_seed
+from zoo.given import check_number, check_seed, is_number
 from zoo.measurements.datamodule import RunsDataModule
 from zoo.measurements.run import Run
 from zoo.models.base import FeatureModel, Model
@@ -69,7 +69,7 @@ class Clustering:
             value = getattr(self, name)
             if name == "overlap" and value is None:
                 continue
-            if isinstance(value, bool) or not isinstance(value, int | float) or not low < value < high:
+            if not is_number(value) or not low < value < high:
                 above = f"above {low:g}" if high == math.inf else f"between {low:g} and {high:g}"
                 raise InputError(f"{group}.{name}={value}: a number {above} is needed")
 
@@ -175,7 +175,7 @@ class ClusteredInit(Init):
             seed: of the partitions.
             **settings: see `Clustering`.
         """
-        check_seed("seed (init.seed)", seed)
+        check_seed("init.seed", seed)
         self.seed, self.settings = seed, Clustering(**settings)
         self.settings.check("init")
 

@@ -8,6 +8,7 @@ from typing import Any
 from torch import Tensor
 
 from zoo.errors import InputError
+from zoo.given import is_number
 from zoo.training.damped_steps import Descent, begin, step
 from zoo.training.problem import Problem
 
@@ -23,7 +24,7 @@ class LevenbergMarquardt:
         Args:
             settled: share of the loss by which a step must lower it to be followed by another.
         """
-        if isinstance(settled, bool) or not isinstance(settled, int | float) or not 0 <= settled < 1:
+        if not is_number(settled) or not 0 <= settled < 1:
             raise InputError(f"optimizer.settled={settled}: a share from 0 up and below 1 is needed")
         self.settled = settled
 

@@ -16,9 +16,9 @@ from zoo.measurements.run import Run
 from zoo.models.base import FeatureModel, Model
 from zoo.models.prediction import raw_columns
 from zoo.scoring.stages import rms
+from zoo.training.files import MEMBERS
 from zoo.training.scores import residual_blocks
 
-MEMBERS_FILE = "members.pt"
 SHARES = {"low": 0.05, "median": 0.5, "high": 0.95}
 """Quantiles of the members' errors: the middle and the ends of the 90 % range."""
 
@@ -96,7 +96,7 @@ def write_members(folder: Path, members: Sequence[Member]) -> None:
         folder: an existing folder.
         members: trained.
     """
-    with replacing(folder / MEMBERS_FILE) as path:
+    with replacing(folder / MEMBERS) as path:
         torch.save({"seeds": [member.seed for member in members], "states": [member.state for member in members]}, path)
 
 
@@ -106,7 +106,7 @@ def read_members(folder: Path) -> list[Member]:
     Raises:
         InputError: the folder holds no ensemble.
     """
-    if not (folder / MEMBERS_FILE).is_file():
-        raise InputError(f"{folder}: no ensemble here ({MEMBERS_FILE} is missing); give the output folder of a train command with seeds=2 or more")
-    kept = torch.load(folder / MEMBERS_FILE, weights_only=True, map_location="cpu")
+    if not (folder / MEMBERS).is_file():
+        raise InputError(f"{folder}: no ensemble here ({MEMBERS} is missing); give the output folder of a train command with seeds=2 or more")
+    kept = torch.load(folder / MEMBERS, weights_only=True, map_location="cpu")
     return [Member(seed, state) for seed, state in zip(kept["seeds"], kept["states"], strict=True)]

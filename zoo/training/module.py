@@ -24,7 +24,7 @@ class Training(LightningModule):
     """Mean squared error in units of the training data's spread.
 
     Model and optimizer stay out of the saved hyperparameters, since torch's weights-only loading refuses objects; give them again on reloading:
-    ``Training.load_from_checkpoint(path, model=…, optimizer=…)``.
+    ``Training.load_from_checkpoint(path, model=…, optimizer=…)``, of many seeds at once an `Ensemble` as the model.
     """
 
     def __init__(
@@ -141,13 +141,17 @@ class Training(LightningModule):
         return self.make_optimizer([parameter for parameter in self.parameters() if parameter.requires_grad])
 
 
-def check_steps(make: MakeOptimizer) -> None:
+def check_steps(make: MakeOptimizer, device: str = "cpu") -> None:
     """Let an optimizer take two steps with one weight: what it does not take, it says here, and not in the middle of a training.
+
+    Args:
+        make: the optimizer from parameters.
+        device: where it will work; some settings suit one only.
 
     Raises:
         InputError: its settings are none.
     """
-    weight = nn.Parameter(torch.tensor([1.5], dtype=torch.float64))
+    weight = nn.Parameter(torch.tensor([1.5], dtype=torch.float64, device=device))
 
     def loss() -> Tensor:
         stepper.zero_grad()

@@ -17,7 +17,7 @@ class RandomInit(Init):
     """Drawn from the given seed alone, see `zoo.training.weights.reset`."""
 
     def __init__(self, seed: int = 1) -> None:
-        check_seed("seed (init.seed)", seed)
+        check_seed("init.seed", seed)
         self.seed = seed
 
     def weights(self, problem: Problem, members: int, log: Log) -> Tensor:

@@ -10,7 +10,7 @@ import torch
 from torch import Tensor
 
 from zoo.errors import InputError
-from zoo.training.checkpoints import CHECKPOINT
+from zoo.training.files import CHECKPOINT
 from zoo.training.module import EVALUATIONS, FINISHED, OPTIMIZER, SETTINGS, Training, lowered
 
 STATE = "stepwise"

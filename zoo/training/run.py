@@ -221,7 +221,7 @@ def _check(model: Model, runs: Sequence[Run], optimizer: MakeOptimizer | Fitter 
     if not hasattr(optimizer, "fit"):
         weight_vector(model)  # raises where there are none
         if not is_stepwise(optimizer):
-            check_steps(cast(MakeOptimizer, optimizer))
+            check_steps(cast(MakeOptimizer, optimizer), device)
 
 
 def _check_numbers(**given: Any) -> None:

@@ -29,7 +29,7 @@ class SwarmInit(Init):
             seed: of the search alone.
             **settings: passed on to the algorithm's `init`.
         """
-        check_seed("seed (init.seed)", seed)
+        check_seed("init.seed", seed)
         self.search = SwarmSearch("init", algorithm, particles, steps, reach, **settings)
         self.seed = seed
 
