@@ -189,13 +189,13 @@ def test_segments_of_temperature_alone_are_trained_by_any_route_and_exported(rec
 
 
 def test_a_fit_of_mean_features_that_bends_within_blocks_is_told(recordings, tmp_path, capsys) -> None:
-    """High powers over long blocks: the mean of a power is not the power of a mean."""
-    files = [f"data.files=[{recordings / 'a.csv'},{recordings / 'b.csv'}]", "data.average_s=600"]
-    for optimizer, told in (("levenberg_marquardt", True), ("least_squares", False)):
+    """A dual solution knows a block by its mean features alone; all others know its samples."""
+    files = [f"data.files=[{recordings / 'a.csv'},{recordings / 'b.csv'}]", "data.average_s=1200"]
+    for model in ("ls_svm", "takagi_sugeno", "polynomial", "bp"):
         capsys.readouterr()
-        model = ["model=polynomial", "model.order=12", "model.rate_order=12", f"optimizer={optimizer}"]
-        assert run("train", [*model, *files, f"hydra.run.dir={tmp_path / optimizer}"]) == 0
-        assert ("bends within blocks" in capsys.readouterr().err) is told
+        extra = {"bp": ["optimizer=levenberg_marquardt", "epochs=200"]}.get(model, [])
+        assert run("train", [f"model={model}", *extra, *files, f"hydra.run.dir={tmp_path / model}"]) == 0
+        assert ("bends within blocks" in capsys.readouterr().err) is (model == "ls_svm"), model
 
 
 def test_programs_of_an_earlier_export_do_not_stay_beside_another_models_script(recordings, tmp_path) -> None:

@@ -116,7 +116,7 @@ def settled_then(monkeypatch, event: str) -> tuple[list[Tensor], Hybrid]:
             if event == "breaks down":
                 raise torch.linalg.LinAlgError("singular")
             with torch.no_grad():
-                model.weight += 1.0 if event == "is worse" else torch.nan
+                hybrid.network.weight += 1.0 if event == "is worse" else torch.nan
             return float(weigh((target - model.head(features).detach()).unsqueeze(1)).square().sum())
         return left * (2.0 if len(rounds) == 2 else 1.0)
 

@@ -165,5 +165,5 @@ def test_losses_are_the_squared_error_over_the_variance_in_any_shape(make_run) -
     for k in (0, 117, 299):
         model.hidden.weight.data, model.hidden.bias.data = weights[k, :18].view(9, 2), weights[k, 18:27]
         model.output.weight.data, model.output.bias.data = weights[k, 27:36].view(1, 9), weights[k, 36:]
-        left = error - model.head(problem.features).detach()
+        left = error - predict_blocks(model, run)
         assert float(losses.view(-1)[k]) == pytest.approx(float(left.square().mean() / error.var(correction=0)), rel=1e-12)

@@ -28,8 +28,10 @@ def test_they_are_those_of_least_squares(make_run) -> None:
         assert torch.equal(found[:, kept], weights[:, kept])
         for one, loss in zip(weights, losses, strict=True):
             unit = torch.eye(problem.size, dtype=torch.float64)[index]
-            columns = population_outputs(model, one + unit, problem.features) - population_outputs(model, one.unsqueeze(0), problem.features)
-            target = problem.error - population_outputs(model, one.unsqueeze(0), problem.features)[0]
+            columns = population_outputs(problem.model, one + unit, problem.features) - population_outputs(
+                problem.model, one.unsqueeze(0), problem.features
+            )
+            target = problem.error - population_outputs(problem.model, one.unsqueeze(0), problem.features)[0]
             best = torch.linalg.lstsq(columns.mT, target.unsqueeze(-1), driver="gelsd").solution
             left = (target - (best.mT @ columns)[0]).square().mean() / problem.scale**2
             torch.testing.assert_close(loss, left, rtol=1e-9, atol=0)

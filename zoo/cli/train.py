@@ -181,7 +181,7 @@ def _draw(out: Path, model: Model, runs: Sequence[Run]) -> None:
 
 
 def _print_bends(model: Model, runs: Sequence[Run], metrics: Mapping[str, Any]) -> None:
-    """Says where a network fits the means of its features, which gradients see, and not the means of what it predicts, which counts."""
+    """Says where a model fits the means of its features, which a dual solution sees, and not the means of what it predicts, which counts."""
     if not isinstance(model, FeatureModel):
         return
     with torch.no_grad():

@@ -34,7 +34,7 @@ class Model(nn.Module):
 
 
 class FeatureModel(Model):
-    """Abstract: a model that is a static map of features, so that it can be trained on block means of its features.
+    """Abstract: a model that is a static map of features, so that it can be trained on a table of them.
 
     `forward(x)` is ``head(features(x))``. Features hold all memory (rates, lags); the head has none.
 

@@ -21,10 +21,10 @@ from zoo.measurements.run import Run
 from zoo.models.base import FeatureModel, Model
 from zoo.models.graybox import GrayBox
 from zoo.models.hybrid import Hybrid
-from zoo.models.prediction import block_features
 from zoo.models.trained import Trained
 from zoo.scoring.noise import Whitener
 from zoo.training.damped_steps import descend
+from zoo.training.fine_blocks import rows_of, samples_of, seen
 from zoo.training.first_shapes import first_theta
 from zoo.training.weights import reset
 
@@ -80,7 +80,7 @@ class Alternating:
             raise InputError(f"optimizer=alternating fits a network with effects (model=hybrid), not {type(model).__name__}; leave optimizer=auto")
         task = _Task(model, list(runs))
         if self.draw:
-            task.network.standardise(task.features, task.error)
+            task.whole.standardise(task.rows, task.error)
             reset(task.network, generator)
             task.train_network(task.error, self.first_steps)
         return self._alternate(task)
@@ -142,7 +142,8 @@ class _Task:
             raise InputError(f"model.network: {type(model.network).__name__} has no weights to train beside effects; possible: {POSSIBLE}")
         self.model, self.network, self.runs = model, model.network, runs
         self.whitener = Whitener(noise_of(runs), blocks_of(runs))
-        self.features = torch.cat([block_features(self.network, run) for run in runs])
+        samples = samples_of(runs)
+        self.whole, self.rows = seen(self.network, samples), torch.cat([rows_of(self.network, samples)(run) for run in runs])
         self.error = torch.cat([run.block_mean(run.error) for run in runs])
 
     def fit_effects(self, start: Tensor | None) -> tuple[Solution, Tensor]:
@@ -159,7 +160,7 @@ class _Task:
 
     def train_network(self, target: Tensor, steps: int) -> float:
         """One turn of the network on block means (N,) [unit]; χ² that it leaves."""
-        left = descend(self.network, self.features, target, self.whitener, steps)
+        left = descend(self.whole, self.rows, target, self.whitener, steps)
         if not math.isfinite(left):
             raise WorkError(f"training diverged: the network {type(self.network).__name__} leaves χ² = {left}")
         return left

@@ -8,6 +8,7 @@ import torch
 from torch import Tensor, nn
 
 from zoo.models.base import FeatureModel
+from zoo.training.fine_blocks import seen
 from zoo.training.slopes import Slopes
 from zoo.training.weights import member_outputs, set_weights, weight_vector
 
@@ -29,10 +30,12 @@ class Ensemble(nn.Module):
     steps: Tensor
     latest: Tensor
 
-    def __init__(self, model: FeatureModel, members: int) -> None:
+    def __init__(self, model: FeatureModel, members: int, samples: int = 1) -> None:
+        """Begin with the model's weights for all; `samples` as of `zoo.training.fine_blocks.seen`."""
         super().__init__()
         self.net = copy.deepcopy(model).requires_grad_(False)
-        self._slopes = Slopes(self.net)
+        self.samples = samples
+        self._slopes = Slopes(seen(self.net, samples))
         self.weights = nn.Parameter(weight_vector(model).repeat(members, 1))
         self.register_buffer("done", torch.zeros(members, dtype=torch.bool))
         self.register_buffer("steps", torch.zeros(members, dtype=torch.int64))
@@ -41,7 +44,7 @@ class Ensemble(nn.Module):
 
     def forward(self, features: Tensor) -> Tensor:
         """(M, F) features -> (E, M) predicted errors [output's unit]."""
-        return member_outputs(self.net, self.weights, features)
+        return member_outputs(seen(self.net, self.samples), self.weights, features)
 
     def objective(self, features: Tensor, error: Tensor, scale: float) -> tuple[Tensor, Tensor]:
         """What to step down from, and (E,) what the losses are.

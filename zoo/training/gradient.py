@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
-from functools import partial
 from pathlib import Path
 
 import torch
@@ -17,10 +16,10 @@ from zoo.errors import Stopped, WorkError
 from zoo.measurements.datamodule import RunsDataModule
 from zoo.measurements.run import Run
 from zoo.models.base import FeatureModel
-from zoo.models.prediction import block_features
 from zoo.models.scaler import spread
 from zoo.training.checkpoints import Checkpoints, save_checkpoint
 from zoo.training.ensemble import Ensemble
+from zoo.training.fine_blocks import rows_of, samples_of, seen
 from zoo.training.members import Member
 from zoo.training.module import MakeOptimizer, Training
 from zoo.training.problem import Problem
@@ -63,20 +62,21 @@ def fit_by_gradient(
         WorkError: the training diverged.
     """
     chance = [torch.Generator().manual_seed(seed) for seed in seeds]
+    samples = samples_of([*runs[0], *runs[1]])
     data = RunsDataModule(
         *runs,
-        partial(block_features, model),
+        rows_of(model, samples),
         passes=min(PASSES_PER_EPOCH, schedule.epochs),
         batch_size=schedule.batch_size,
         generator=chance[0] if len(seeds) == 1 else chance,
     )
     features, error = data.fitted
-    model.standardise(features, error)
+    seen(model, samples).standardise(features, error)
     steps_per_pass = data.train_dataloader().batches_per_pass
     steps = schedule.epochs * steps_per_pass
     every = max(steps // POINTS, 1)
-    trained = model if len(seeds) == 1 else Ensemble(model, len(seeds))
-    module = Training(trained, optimizer, float(spread(error)), schedule.goal, every, schedule.settings)
+    trained = model if len(seeds) == 1 else Ensemble(model, len(seeds), samples)
+    module = Training(trained, optimizer, float(spread(error)), schedule.goal, every, schedule.settings, samples)
     if schedule.resume is not None:
         data.begun = check_resumable(schedule.resume, module, steps)
     trainer = _trainer(steps, every, schedule.device, [init, TrainingProgress(steps, every), Checkpoints(out, every)], logger)
@@ -100,7 +100,7 @@ def _members(module: Training, seeds: Sequence[int], data: RunsDataModule, drawn
     found = []
     for k in ended:
         evaluations = drawn + (steps[k] if isinstance(trained, Ensemble) else module.evaluations)
-        one = trained.member(k) if isinstance(trained, Ensemble) else module.net
+        one = trained.member(k) if isinstance(trained, Ensemble) else trained
         found.append(Member.of(seeds[k], one, epochs=steps[k] // steps_per_pass, evaluations=evaluations, loss=losses[k]))
     return found
 

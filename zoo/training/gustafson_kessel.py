@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import copy
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from functools import partial
 from typing import Any
 
 import torch
@@ -13,11 +14,10 @@ from torch import Generator, Tensor
 
 from zoo.errors import InputError
 from zoo.given import check_number, check_seed, is_number
-from zoo.measurements.datamodule import RunsDataModule
 from zoo.measurements.run import Run
 from zoo.models.base import FeatureModel, Model
-from zoo.models.prediction import block_features
 from zoo.models.takagi_sugeno import TakagiSugeno
+from zoo.training.fine_blocks import FineBlocks, standardised
 from zoo.training.fuzzy_clusters import best_clusters
 from zoo.training.init import Init, Log
 from zoo.training.problem import Problem
@@ -74,15 +74,15 @@ class Clustering:
                 raise InputError(f"{group}.{name}={value}: a number {above} is needed")
 
 
-def clustered_weights(model: Model, features: Tensor, error: Tensor, generator: Generator, settings: Clustering = Clustering()) -> None:
+def clustered_weights(whole: Model, rows: Tensor, error: Tensor, generator: Generator, settings: Clustering = Clustering()) -> None:
     """Set all weights of a Takagi–Sugeno model from its training data.
 
-    Clusters are searched in the space of standardised features and error. A cluster's centre, and the roots of its points' fuzzy variances around it,
-    Σ u·(x − c)²/Σ u, become a rule's c and σ; all planes together are one linear problem.
+    Clusters are searched in the space of standardised features and error, of blocks by their means. A cluster's centre, and the roots of its points'
+    fuzzy variances around it, Σ u·(x − c)²/Σ u, become a rule's c and σ; all planes together are one linear problem.
 
     Args:
-        model: changed in place; standardised on these data.
-        features: (M, F).
+        whole: the model, or one over blocks, see `zoo.training.fine_blocks`; changed in place, standardised on these data.
+        rows: (M, F), or those of blocks.
         error: (M,) [output's unit].
         generator: source of chance.
         settings: see `Clustering`.
@@ -90,6 +90,8 @@ def clustered_weights(model: Model, features: Tensor, error: Tensor, generator: 
     Raises:
         InputError: the model is no `TakagiSugeno`, or has more rules than there are data.
     """
+    blocks = whole if isinstance(whole, FineBlocks) else None
+    model, features = (whole, rows) if blocks is None else (blocks.model, blocks.means(rows))
     if not isinstance(model, TakagiSugeno):
         raise InputError(f"gustafson_kessel sets the rules of model=takagi_sugeno; {type(model).__name__} has none: init=random, optimizer=auto")
     rules = len(model.centre)
@@ -113,18 +115,27 @@ def clustered_weights(model: Model, features: Tensor, error: Tensor, generator: 
     )
     centre, share = found.centre[:, :-1], found.membership / found.membership.sum(dim=0)
     width = (share.T.unsqueeze(-1) * (points[:, :-1] - centre.unsqueeze(1)).square()).sum(dim=1).sqrt()
-    _fit_planes(model, features, target, centre, width, settings)
+    columns = model.columns if blocks is None else partial(blocks.mean_of, model.columns)
+    _fit_planes(model, columns, rows, target, centre, width, settings)
 
 
-def _fit_planes(model: TakagiSugeno, features: Tensor, target: Tensor, centre: Tensor, width: Tensor, settings: Clustering) -> None:
+def _fit_planes(
+    model: TakagiSugeno,
+    columns: Callable[[Tensor], Tensor],
+    rows: Tensor,
+    target: Tensor,
+    centre: Tensor,
+    width: Tensor,
+    settings: Clustering,
+) -> None:
     """Rules at (R, F) centres with (R, F) widths times the best overlap, and the planes that follow (M,) standardised errors."""
 
     @torch.no_grad()
     def solved(overlap: float) -> Information:
         model.set_antecedents(centre, overlap * width)
         known = begin(model.consequent.numel(), settings.alpha, target)
-        for rows, targets in zip(features.split(ROWS_AT_ONCE), target.split(ROWS_AT_ONCE), strict=True):
-            known = learn(known, model.columns(rows), targets)
+        for some, targets in zip(rows.split(ROWS_AT_ONCE), target.split(ROWS_AT_ONCE), strict=True):
+            known = learn(known, columns(some), targets)
         return known
 
     overlaps = OVERLAPS if settings.overlap is None else (settings.overlap,)
@@ -160,9 +171,7 @@ class GustafsonKessel:
         """
         if not isinstance(model, FeatureModel):
             raise InputError(f"gustafson_kessel sets the rules of model=takagi_sugeno; {type(model).__name__} has none: leave optimizer=auto")
-        features, error = RunsDataModule(runs, [], lambda run: block_features(model, run)).fitted
-        model.standardise(features, error)
-        clustered_weights(model, features, error, generator, self.settings)
+        clustered_weights(*standardised(model, runs), generator, self.settings)
 
 
 class ClusteredInit(Init):

@@ -8,14 +8,10 @@ import torch
 from torch import Generator, Tensor
 
 from zoo.errors import InputError
-from zoo.measurements.datamodule import RunsDataModule
 from zoo.measurements.run import Run
 from zoo.models.base import FeatureModel, Model
-from zoo.models.prediction import block_features, raw_columns
+from zoo.training.fine_blocks import standardised
 from zoo.training.weights import VALUES_AT_ONCE, population_outputs, set_weights, weight_vector
-
-Grids = Sequence[tuple[Run, Tensor]]
-"""Runs and their features (T, F) on the fine grid."""
 
 
 class LeastSquares:
@@ -43,12 +39,11 @@ class LeastSquares:
         """
         if not isinstance(model, FeatureModel):
             raise InputError(f"optimizer=least_squares cannot fit {type(model).__name__}, which is no map of features; leave optimizer=auto")
-        features, error = RunsDataModule(runs, [], lambda run: block_features(model, run)).fitted
-        model.standardise(features, error)
-        grids = [(run, _fine_features(model, run)) for run in runs]
         size = len(weight_vector(model))
-        offset, design = _affine(model, grids, size)
-        _check_linear(model, grids, offset, design, generator)
+        whole, rows, error = standardised(model, runs)
+        offset, design = _affine(whole, rows)
+        if not _is_linear(whole, rows, offset, design, generator):
+            raise InputError(f"optimizer=least_squares cannot fit {type(model).__name__}, which is not linear in its weights; use adam or lbfgs")
         set_weights(model, solve(design, error - offset))
         return size + 2
 
@@ -70,32 +65,16 @@ def solve(design: Tensor, target: Tensor) -> Tensor:
     return solution.squeeze(-1).to(design.device) / length
 
 
-def _fine_features(model: FeatureModel, run: Run) -> Tensor:
-    with torch.no_grad():
-        return model.features(raw_columns(model, run))
-
-
-def _outputs(model: FeatureModel, weights: Tensor, grids: Grids) -> Tensor:
-    """(P, M) block means of all runs for weights (P, D)."""
-    every = []
-    for run, features in grids:
-        some = weights.split(max(VALUES_AT_ONCE // max(features.numel(), 1), 1))
-        every.append(torch.cat([run.block_mean(population_outputs(model, part, features)) for part in some]))
-    return torch.cat(every, dim=1)
-
-
-def _affine(model: FeatureModel, grids: Grids, size: int) -> tuple[Tensor, Tensor]:
+def _affine(whole: FeatureModel, rows: Tensor) -> tuple[Tensor, Tensor]:
     """(M,) output without weights and (M, D) what each weight adds."""
-    like = grids[0][1]
-    zero = torch.zeros(1, size, dtype=like.dtype, device=like.device)
-    unit = torch.eye(size, dtype=like.dtype, device=like.device)
-    outputs = _outputs(model, torch.cat([zero, unit]), grids)
+    size = len(weight_vector(whole))
+    unit = torch.eye(size + 1, size, dtype=rows.dtype, device=rows.device).roll(1, dims=0)
+    outputs = torch.cat([population_outputs(whole, some, rows) for some in unit.split(max(VALUES_AT_ONCE // max(rows.numel(), 1), 1))])
     return outputs[0], (outputs[1:] - outputs[0]).T
 
 
-def _check_linear(model: FeatureModel, grids: Grids, offset: Tensor, design: Tensor, generator: Generator) -> None:
+def _is_linear(whole: FeatureModel, rows: Tensor, offset: Tensor, design: Tensor, generator: Generator) -> bool:
     trial = torch.randn(design.shape[1], generator=generator, dtype=design.dtype).to(design.device)
     expected = offset + design @ trial
-    found = _outputs(model, trial.unsqueeze(0), grids)[0]
-    if not torch.allclose(found, expected, rtol=1e-6, atol=1e-6 * float(expected.abs().max())):
-        raise InputError(f"optimizer=least_squares cannot fit {type(model).__name__}, which is not linear in its weights; use adam or lbfgs")
+    found = population_outputs(whole, trial.unsqueeze(0), rows)[0]
+    return torch.allclose(found, expected, rtol=1e-6, atol=1e-6 * float(expected.abs().max()))

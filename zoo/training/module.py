@@ -12,6 +12,7 @@ from torch import Tensor, nn
 from zoo.errors import InputError, WorkError, in_brief
 from zoo.models.base import FeatureModel, Model
 from zoo.training.ensemble import Ensemble
+from zoo.training.fine_blocks import seen
 from zoo.training.weights import set_weights
 
 MakeOptimizer = Callable[[Iterable[nn.Parameter]], torch.optim.Optimizer]
@@ -35,6 +36,7 @@ class Training(LightningModule):
         goal: float | None = None,
         log_every: int = 50,
         settings: str = "",
+        samples: int = 1,
     ) -> None:
         """Wrap a model.
 
@@ -45,13 +47,14 @@ class Training(LightningModule):
             goal: training stops once the loss is below; of an ensemble, each member for itself.
             log_every: steps between two points of the loss curve.
             settings: all that decides the training, as text.
+            samples: of a block that the loss sees, as of `zoo.training.fine_blocks.seen`.
         """
         super().__init__()
         self.save_hyperparameters(ignore=["model", "optimizer", "settings"])
         self.model = model
         self.make_optimizer = optimizer
         self.error_scale, self.goal, self.log_every = error_scale, goal, log_every
-        self.settings, self.finished = settings, False
+        self.settings, self.samples, self.finished = settings, samples, False
         self.stepper: str | None = None
         self.kept: dict[str, Any] = {}
         self.evaluations = 0
@@ -59,8 +62,8 @@ class Training(LightningModule):
 
     @property
     def net(self) -> FeatureModel:
-        """The structure that is trained, with its buffers."""
-        return cast(FeatureModel, self.model.net if isinstance(self.model, Ensemble) else self.model)
+        """What the loss sees of the structure that is trained, with its buffers."""
+        return seen(cast(FeatureModel, self.model.net if isinstance(self.model, Ensemble) else self.model), self.samples)
 
     @property
     def members(self) -> int:

@@ -3,17 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from functools import partial
+from functools import cached_property, partial
 
 import torch
 from torch import Tensor
 from torch.linalg import vector_norm
 
-from zoo.measurements.datamodule import RunsDataModule
 from zoo.measurements.run import Run
 from zoo.models.base import FeatureModel
-from zoo.models.prediction import block_features
 from zoo.models.scaler import spread
+from zoo.training.fine_blocks import FineBlocks, standardised
 from zoo.training.linear_weights import LinearWeights
 from zoo.training.population import Population, even
 from zoo.training.tape import Recorded
@@ -56,10 +55,13 @@ class Problem:
         Raises:
             InputError: no block to fit.
         """
-        features, error = RunsDataModule(runs, [], lambda run: block_features(model, run)).fitted
-        model.standardise(features, error)
-        model.to(device)
-        return cls(model, features.to(device), error.to(device))
+        whole, rows, error = standardised(model, runs)
+        return cls(whole.to(device), rows.to(device), error.to(device))
+
+    @cached_property
+    def of_means(self) -> Problem:
+        """The same of the blocks' mean features, for what wants each block to be one point."""
+        return Problem(self.model.model, self.model.means(self.features), self.error) if isinstance(self.model, FineBlocks) else self
 
     def _affine(self) -> tuple[Tensor, Tensor]:
         """(M,) output without weights and (D, M) what each weight adds."""
@@ -83,6 +85,8 @@ class Problem:
     def losses_of_parts(self, weights: Tensor) -> Tensor:
         """What the samples of each group of weights add to the loss, so that the groups can be searched for side by side.
 
+        Of several groups the blocks' mean features count: a block's fine samples could belong to two of them.
+
         Args:
             weights: (..., S, P, D/S), group by group.
 
@@ -93,7 +97,7 @@ class Problem:
         joined[..., self.places] = weights.movedim(-3, -2)
         if len(self.places) == 1:
             return self.losses(joined).unsqueeze(-2)
-        squares = self._costs(joined.reshape(-1, self.size), lambda some: ((self.error - some) / self.scale).square() @ self.member)
+        squares = self.of_means._costs(joined.reshape(-1, self.size), lambda some: ((self.error - some) / self.scale).square() @ self.member)
         return (squares / len(self.error)).view(*joined.shape[:-1], -1).movedim(-1, -2)
 
     def normal_equations(self, weights: Tensor) -> tuple[Tensor, Tensor]:

@@ -1,0 +1,116 @@
+"""What is fitted is what is judged: means of predictions, whichever way leads there."""
+
+from dataclasses import replace
+from functools import partial
+
+import pytest
+import torch
+
+from zoo.models.bp import BP
+from zoo.models.piecewise_polynomial import PiecewisePolynomial
+from zoo.models.polynomial import Polynomial
+from zoo.models.prediction import predict_blocks
+from zoo.models.takagi_sugeno import TakagiSugeno
+from zoo.models.wavelet import Wavelet
+from zoo.physics.differentiator import temperature_rate
+from zoo.swarm import pso
+from zoo.training.fine_blocks import FineBlocks, rows_of, samples_of, seen
+from zoo.training.least_squares import LeastSquares, solve
+from zoo.training.levenberg_marquardt import LevenbergMarquardt
+from zoo.training.problem import Problem
+from zoo.training.run import train
+from zoo.training.swarm_fit import SwarmFit
+from zoo.training.weights import population_outputs, reset, set_weights, weight_vector
+
+FEATURES = ["temperature", "temperature_rate"]
+ADAM = partial(torch.optim.Adam, lr=0.01)
+MODELS = [
+    partial(BP, FEATURES),
+    partial(Wavelet, FEATURES),
+    partial(TakagiSugeno, FEATURES, rules=3),
+    partial(Polynomial, FEATURES, 3, 4),
+    partial(PiecewisePolynomial, FEATURES, [0.0, 20.0]),
+]
+
+
+@pytest.fixture
+def ragged(make_run):
+    """A run with a gap, a block left out, samples of several rows, and blocks of one to ten samples."""
+    run = make_run(bend=0.5, noise=0.02)
+    chance = torch.Generator().manual_seed(1)
+    keep = torch.rand(len(run.time), generator=chance) > 0.4
+    keep[300:360] = False
+    block = torch.where(run.block == 7, -1, run.block)[keep]
+    number = torch.unique(block[block >= 0], return_inverse=True)[1]
+    block[block >= 0] = number
+    count = torch.randint(1, 5, (int(keep.sum()),), generator=chance).double()
+    return replace(run, table=run.table[keep], error=run.error[keep], count=count, block=block)
+
+
+@pytest.mark.parametrize("make", MODELS)
+def test_the_mean_of_the_samples_is_what_a_model_is_judged_by(ragged, make) -> None:
+    model = make()
+    whole, rows = FineBlocks(model, samples_of([ragged])), rows_of(model, samples_of([ragged]))(ragged)
+    whole.standardise(rows, ragged.block_mean(ragged.error))
+    reset(model, torch.Generator().manual_seed(2))
+    torch.testing.assert_close(whole.head(rows), predict_blocks(model, ragged), rtol=1e-12, atol=1e-12)
+    torch.testing.assert_close(whole.means(rows), rows_of(model, 1)(ragged), rtol=1e-12, atol=1e-12)
+    assert torch.equal(weight_vector(whole), weight_vector(model))
+    problem = Problem.of_runs(model, [ragged])
+    left = ragged.block_mean(ragged.error) - predict_blocks(model, ragged)
+    assert float(problem.losses(weight_vector(model))) == pytest.approx(float((left / problem.scale).square().mean()), rel=1e-9)
+
+
+def test_blocks_of_one_sample_are_the_model_itself(make_run) -> None:
+    run, model = make_run(average_s=10.0), BP(FEATURES)
+    assert samples_of([run]) == 1
+    assert seen(model, 1) is model
+    assert Problem.of_runs(model, [run]).features.shape == (run.blocks, len(FEATURES))
+
+
+def test_runs_with_less_in_a_block_are_fitted_beside_others(make_run, tmp_path) -> None:
+    """Also a run to check on may have the fullest block."""
+    coarse, fine = make_run(average_s=30.0, bend=0.5), make_run("run_2", average_s=200.0, bend=0.5)
+    losses = []
+    for check in ([], [fine]):
+        losses.append(train(BP(FEATURES), [coarse], check, optimizer=ADAM, epochs=20, out=tmp_path)["rms"])
+    assert losses[0] == pytest.approx(losses[1], rel=1e-9)
+    problem = Problem.of_runs(BP(FEATURES), [coarse, fine])
+    assert problem.features.shape == (coarse.blocks + fine.blocks, 20 * (len(FEATURES) + 1))
+
+
+@pytest.mark.parametrize(
+    ("optimizer", "epochs", "seeds"),
+    [
+        (LevenbergMarquardt(), 50, 1),
+        (SwarmFit(pso, particles=60, steps=300), 1, 1),
+        (partial(torch.optim.LBFGS, max_iter=20, line_search_fn="strong_wolfe"), 100, 1),
+        (partial(torch.optim.Adam, lr=0.02), 4000, 1),
+        (partial(torch.optim.Adam, lr=0.02), 4000, 3),
+    ],
+    ids=["levenberg_marquardt", "pso", "lbfgs", "adam", "many seeds"],
+)
+def test_every_way_leads_to_least_squares(make_run, tmp_path, optimizer, epochs, seeds) -> None:
+    """Of powers of a rate over blocks so long that the power of the mean is far from the mean of the power."""
+    run, made = make_run(average_s=600.0, noise=0.05), partial(Polynomial, FEATURES, 1, 2)
+    rate = temperature_rate(run.time, run.temperature)
+    runs = [replace(run, error=run.error + 2.0 * rate**2)]
+    solved, found = made(), made()
+    best = train(solved, runs, optimizer=LeastSquares(), out=tmp_path)["rms"]
+    assert train(found, runs, optimizer=optimizer, epochs=epochs, seeds=seeds, out=tmp_path)["rms"] < 1.001 * best
+    features, error = rows_of(solved, 1)(runs[0]), runs[0].block_mean(runs[0].error)
+    of_means = made()
+    of_means.standardise(features, error)
+    set_weights(of_means, solve(*columns_of(of_means, features, error)))
+    assert score(of_means, runs[0]) > 1.1 * best, "else nothing is tested here"
+
+
+def columns_of(model, features, error):
+    """The least-squares problem of the blocks' mean features."""
+    unit = torch.eye(len(weight_vector(model)) + 1, len(weight_vector(model)), dtype=torch.float64).roll(1, dims=0)
+    outputs = population_outputs(model, unit, features)
+    return (outputs[1:] - outputs[0]).T, error - outputs[0]
+
+
+def score(model, run) -> float:
+    return float((run.block_mean(run.error) - predict_blocks(model, run)).square().mean().sqrt())
