@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
 import pytest
 import torch
 
-from zoo.fitting.noise import blocks_of, levels_of
+from zoo.fitting.noise import blocks_of, levels_of, noise_of
 from zoo.measurements.run import Run
 
 FINE, BLOCKS, WHITE = 5, 400, 0.01
@@ -57,3 +58,18 @@ def test_what_is_fast_in_one_run_is_not_taken_for_its_noise() -> None:
 def test_a_run_by_itself_and_runs_without_noise_have_level_one() -> None:
     assert levels_of([recorded(3.0, 1)]) == [1.0]
     assert levels_of([recorded(0.0, 1), recorded(1.0, 2)]) == [1.0, 1.0]
+
+
+@pytest.mark.parametrize("seed", range(5))
+@pytest.mark.parametrize("kept", [0.6, 0.85, 1.0])
+def test_the_covariance_is_that_of_the_means_also_where_rows_are_missing(seed, kept) -> None:
+    """White noise whose rows are lost at random: what the model says of the blocks' variance is what it is."""
+    run, chance = recorded(1.0, seed), torch.Generator().manual_seed(seed)
+    rows = torch.binomial(torch.full((FINE * BLOCKS,), 10.0, dtype=torch.float64), torch.tensor(kept, dtype=torch.float64), generator=chance)
+    keep = rows > 0
+    noise = WHITE * math.sqrt(FINE) * torch.randn(len(rows), generator=chance, dtype=torch.float64) / (rows / 10).sqrt()
+    thin = replace(run, error=noise[keep], count=rows[keep], table=run.table[keep], block=run.block[keep])
+    noise_model, (blocks,) = noise_of([thin]), blocks_of([thin])
+    said = float(noise_model.white**2 * blocks.white.mean())
+    assert said == pytest.approx(WHITE**2 / kept, rel=0.25)
+    assert float(blocks.share.median()) == 1.0

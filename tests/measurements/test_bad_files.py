@@ -250,3 +250,23 @@ def test_settings_that_make_no_sense(tmp_path: Path, given: dict[str, object], f
 def test_a_file_that_may_not_be_read_or_is_a_link_to_nowhere(tmp_path: Path) -> None:
     (tmp_path / "a.csv").symlink_to(tmp_path / "gone.csv")
     assert "no such file" in complaint(tmp_path / "a.csv")
+
+
+@pytest.mark.parametrize("mark", ["-999", "-9999.0", "-273.2"])
+def test_a_temperature_below_absolute_zero_is_none(tmp_path: Path, mark: str) -> None:
+    spoilt = lines(500)
+    spoilt[301] = f"300.5,{mark},0.5"
+    path = bad_csv(tmp_path / "run.csv", "\n".join(spoilt) + "\n")
+    found = complaint(path)
+    for word in ("run.csv", "column temperature_c", f"{float(mark):g} °C", "at 300.5 s", "data.bad_rows=skip"):
+        assert word in found
+    run = read_runs(path, bad_rows="skip")[0]
+    assert run.rows == 499
+    assert float(run.temperature.min()) >= 20
+    assert any("1 row(s)" in note for note in run.notes)
+
+
+def test_dates_are_refused_with_what_is_needed(tmp_path: Path) -> None:
+    for date in ("2025-03-01 12:00:04.5", "12:00:04", "1.3.2025 12:00", "01/03/25"):
+        path = bad_csv(tmp_path / "run.csv", f"{HEADER}\n{date},20.0,1.0\n")
+        assert "seconds are needed, no dates" in complaint(path)

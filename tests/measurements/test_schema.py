@@ -165,3 +165,11 @@ def test_what_cannot_be_found_is_said(columns: tuple[str, ...], mapping: dict[st
 def test_runs_in_different_units_are_both_named() -> None:
     with pytest.raises(InputError, match=r"a\.csv is in °/h \(rate_dph\), b\.csv is in rad/s \(rate_rad_per_s\)"):
         keep_shared([layout(HERE, PLAIN), layout(Path("b.csv"), ("time_s", "temperature_c", "rate_rad_per_s"))])
+
+
+def test_other_thermometers_are_taken_in_their_units() -> None:
+    found = layout(HERE, ("time_s", "temperature_k", "temperature_outer_k", "temperature_case_f", "rate_dph"), {"temperature": "temperature_k"})
+    assert [source.name for source in found.inputs] == ["time_s", "temperature_c", "temperature_outer_c", "temperature_case_c"]
+    assert [source.given for source in found.inputs[1:]] == ["k", "k", "f"]
+    both = layout(HERE, (*PLAIN, "temperature_outer_c", "temperature_outer_k"))
+    assert [source.column for source in both.inputs][2:] == ["temperature_outer_c"]

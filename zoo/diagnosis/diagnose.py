@@ -217,7 +217,8 @@ def _candidate(bench: Workbench, found: Search, name: str, chance: float, compar
     """
     step = _round_for(found, name)
     trial = next(trial for trial in step.trials if trial.screened.name == name)
-    solved = trial.solved or bench.peek(step.before, name, trial.screened.shape, trial.screened.start)
+    last = name in found.missing and set(found.final.names) == {*step.before.names, name}
+    solved = found.final if last else trial.solved or bench.peek(step.before, name, trial.screened.shape, trial.screened.start)
     effect = bench.effects[name]
     return {
         "effect": name,

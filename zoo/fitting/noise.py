@@ -23,11 +23,14 @@ RESOLVED = 3e-3
 def blocks_of(runs: list[Run]) -> list[Blocks]:
     """When the block means of each run were taken; the same object for runs recorded alike, so that their noise is computed once.
 
-    A mean of a run that is noisier than the others is worth as many rows less.
+    A mean of a run that is noisier than the others is worth as many rows less. Where rows are missing throughout, those of a usual block count as
+    all: the level of the noise was read off such blocks.
     """
     found: list[Blocks] = []
-    for run, level in zip(runs, levels_of(runs), strict=True):
-        own = Blocks(run.block_mean(run.time), run.block_share() / level**2)
+    levels, shares = levels_of(runs), [run.block_share() for run in runs]
+    usual = [float((torch.cat(shares) if len(set(levels)) == 1 else share).median()) for share in shares]
+    for run, level, share, full in zip(runs, levels, shares, usual, strict=True):
+        own = Blocks(run.block_mean(run.time), share / (full * level**2))
         found.append(next((other for other in found if own.same(other)), own))
     return found
 

@@ -22,6 +22,8 @@ from zoo.measurements.rows import Rows
 
 _NUMBER = re.compile(r"[ \t]*[+-]?([0-9]+\.?[0-9]*|\.[0-9]+)([eE][+-]?[0-9]+)?[ \t]*")
 
+_DATE = re.compile(r"\s*[0-9]+[-/.:][0-9]+[-/.:]")
+
 _MISSING = {*pa.csv.ConvertOptions().null_values, "inf", "-inf"}
 
 _BINARY = re.compile(r"[\0-\x08\x0e-\x1f]")
@@ -208,7 +210,8 @@ def _check_line(where: str, cells: list[str], width: int, places: list[tuple[str
             raise BadRow(f"{where}, column {column}: the cell is empty; every row needs a number here")
         if not _NUMBER.fullmatch(cell):
             kind = BadRow if cell.strip() in _MISSING else InputError
-            raise kind(f"{where}, column {column}: {cell.strip()[:40]!r} is not a finite number")
+            a_date = "; seconds are needed, no dates" if place == places[0][1] and _DATE.match(cell) else ""
+            raise kind(f"{where}, column {column}: {cell.strip()[:40]!r} is not a finite number{a_date}")
         if math.isinf(float(cell)):
             raise BadRow(f"{where}, column {column}: {cell.strip()[:40]} is too large a number")
     time = float(cells[places[0][1]])

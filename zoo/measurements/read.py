@@ -15,6 +15,7 @@ from zoo import units
 from zoo.errors import BadRow, InputError
 from zoo.given import is_number
 from zoo.measurements.files import find_files, run_names
+from zoo.measurements.gaps import unsettled
 from zoo.measurements.recording import GAP_STEPS, JITTER, Average, Recording, auto_length
 from zoo.measurements.run import Run
 from zoo.measurements.schema import Layout, in_run_units, keep_shared, layout, overruled
@@ -23,6 +24,7 @@ from zoo.measurements.table import chunks, column_names
 BadRows = Literal["error", "skip"]
 HEAD_ROWS = 100_000
 _STARTUP_ROWS = 100
+ABSOLUTE_ZERO_C = -273.15
 LONGEST_S, HOTTEST_C = 60 * 86400.0, 150.0
 """What lasts longer was written down in milliseconds, and what is hotter in kelvins or °F."""
 
@@ -115,9 +117,28 @@ def _chunks(one: Layout, skipped: Callable[[int], None] | None) -> Iterator[np.n
     """The columns of a file in a run's units."""
     try:
         for chunk in chunks(one.path, [source.column for source in one.sources], skipped=skipped):
-            yield in_run_units(chunk, one.sources)
+            warm = _warm_enough(one, in_run_units(chunk, one.sources), skipped)
+            if len(warm):
+                yield warm
     except BadRow as error:
         raise InputError(f"{error}; data.bad_rows=skip leaves such rows out") from error
+
+
+def _warm_enough(one: Layout, chunk: np.ndarray, skipped: Callable[[int], None] | None) -> np.ndarray:
+    """A chunk without rows below absolute zero, with which some recorders say that they have no temperature.
+
+    Raises:
+        BadRow: there is one, and nobody is to be told that it was skipped.
+    """
+    for place, source in enumerate(one.sources):
+        cold = chunk[:, place] < ABSOLUTE_ZERO_C if source.name.startswith("temperature_") else np.zeros(0, dtype=bool)
+        if cold.any():
+            if skipped is None:
+                row = chunk[cold.argmax()]
+                raise BadRow(f"{one.path}, column {source.column}: {row[place]:g} °C at {row[0]:g} s is below absolute zero, as a mark for no value")
+            skipped(int(cold.sum()))
+            chunk = chunk[~cold]
+    return chunk
 
 
 def _at_least(rows: int, stream: Iterable[np.ndarray]) -> Iterable[np.ndarray]:
@@ -163,6 +184,9 @@ def _with_error(chunk: np.ndarray, one: Layout, reference: float) -> np.ndarray:
 
 def _run(name: str, one: Layout, recording: Recording, length: float | None) -> Run:
     fine, block, thin = recording.grids(length)
+    thermometers = [place for place, source in enumerate(one.inputs) if source.name.startswith("temperature_")]
+    lost = unsettled(fine.segment, fine.mean[:, 0], fine.mean[:, thermometers])
+    block, forgetting = _without(block, lost)
     average = recording.step_s if length is None or length < (1.0 - JITTER) * recording.step_s else float(length)
     if block.max() < 0:
         lasts = f"its {recording.rows} rows span {recording.span_s:g} s"
@@ -178,8 +202,22 @@ def _run(name: str, one: Layout, recording: Recording, length: float | None) -> 
         count=torch.from_numpy(fine.count),
         block=torch.from_numpy(block),
         rows=recording.rows,
-        notes=(*recording.notes, *_notes(recording, average, length, thin), *_implausible(recording, one, fine.mean)),
+        notes=(*recording.notes, *_notes(recording, average, length, thin), *forgetting, *_implausible(recording, one, fine.mean)),
     )
+
+
+def _without(block: np.ndarray, lost: np.ndarray) -> tuple[np.ndarray, list[str]]:
+    """(T,) blocks, numbered anew, without those of some samples, unless these were most of all; and a note on that."""
+    gone = np.unique(block[lost & (block >= 0)])
+    if not len(gone):
+        return block, []
+    unknown = "nobody knows how the temperature went in a gap"
+    if 2 * len(gone) > block.max() + 1:
+        return block, [f"{unknown}, and what remembers it may be wrong for an hour after each: {len(gone)} of {block.max() + 1} blocks"]
+    kept = (block >= 0) & ~np.isin(block, gone)
+    numbered = np.full_like(block, -1)
+    numbered[kept] = np.unique(block[kept], return_inverse=True)[1]
+    return numbered, [f"{len(gone)} block(s) are not judged: {unknown} in which it did not go straight on, and an hour after it that matters"]
 
 
 def _too_long(one: Layout, span_s: float) -> str:

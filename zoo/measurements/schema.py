@@ -213,8 +213,9 @@ def _time(path: Path, present: Sequence[str], mapped: Mapping[str, str], unit: s
 
 
 def _thermometers(present: Sequence[str], mapped: Mapping[str, str]) -> list[Source]:
-    """Thermometers beside the main one: called ``temperature_NAME_c``, in the header's order; mapped as ``temperature_NAME``, in the order given."""
-    found = {name: name for name in present if re.fullmatch(r"temperature_\w+_c", name) and name not in mapped.values()}
+    """Thermometers beside the main one: called ``temperature_NAME_c`` (_k, _f), in the header's order; mapped as ``temperature_NAME``, as given."""
+    called = {name: re.fullmatch(r"(temperature_\w+)_[ckf]", name) for name in present if name not in mapped.values()}
+    found = {f"{match[1]}_c": name for name, match in called.items() if match and (name.endswith("_c") or f"{match[1]}_c" not in present)}
     found |= {f"{role.removesuffix('_c')}_c": name for role, name in mapped.items() if role.startswith("temperature_")}
     return [Source(name, column, units.output_suffix(column, "temperature") or "c", "c") for name, column in found.items()]
 

@@ -20,7 +20,9 @@ def raw_columns(model: Model, run: Run) -> Tensor:
     """
     missing = [name for name in model.inputs if name not in (*run.columns, OUTPUT)]
     if missing:
-        raise InputError(f"{run.name}: the model needs the column {', '.join(missing)}; the file has {', '.join(run.columns)}")
+        left_out = [note for note in run.notes if note.split(" ", 1)[0] in missing]
+        there = f"here {', '.join(left_out)}" if left_out else f"the file has {', '.join(run.columns)}"
+        raise InputError(f"{run.name}: the model needs the column {', '.join(missing)}; {there}")
     return run.select(model.inputs)
 
 

@@ -26,7 +26,7 @@ class Blocks:
 
     Attributes:
         time: (N,) block centres [s].
-        share: (N,) rows behind each mean over those of a full block.
+        share: (N,) rows behind each mean over those of a usual block.
         begin: when the run began [s]; where None, at the first block.
     """
 
@@ -55,7 +55,7 @@ class Blocks:
 
     @cached_property
     def white(self) -> Tensor:
-        """(N,) variance of the means of white noise that has variance 1 in a full block."""
+        """(N,) variance of the means of white noise that has variance 1 in a usual block."""
         return 1.0 / self.share.clamp_min(1e-3)
 
     @cached_property
@@ -95,7 +95,7 @@ class NoiseModel:
     """Noise of block means.
 
     Attributes:
-        white: RMS of the white part of a full block's mean [output's unit].
+        white: RMS of the white part of a usual block's mean [output's unit].
         flicker: bias instability B [output's unit], one-sided spectrum B²/(πf), Allan deviation √(2 ln2/π)·B.
         walk: rate random walk K [output's unit per √h], variance K²·t since the run's start.
     """
