@@ -1,3 +1,3 @@
 """fogzoo: compare, diagnose and compensate the thermal drift of fibre-optic gyroscopes."""
 
-__version__ = "0.1.0"
+__version__ = "0.2.0"

@@ -6,17 +6,24 @@ from functools import partial
 import pytest
 import torch
 
+from zoo.errors import InputError
+from zoo.models.base import FeatureModel
 from zoo.models.bp import BP
+from zoo.models.features import Features
 from zoo.models.piecewise_polynomial import PiecewisePolynomial
 from zoo.models.polynomial import Polynomial
 from zoo.models.prediction import predict_blocks
+from zoo.models.scaler import Scaler
 from zoo.models.takagi_sugeno import TakagiSugeno
 from zoo.models.wavelet import Wavelet
 from zoo.physics.differentiator import temperature_rate
 from zoo.swarm import pso
-from zoo.training.fine_blocks import FineBlocks, rows_of, samples_of, seen
+from zoo.training.ensemble import Ensemble
+from zoo.training.files import CHECKPOINT
+from zoo.training.fine_blocks import MOST, FineBlocks, rows_of, samples_of, seen
 from zoo.training.least_squares import LeastSquares, solve
 from zoo.training.levenberg_marquardt import LevenbergMarquardt
+from zoo.training.module import Training
 from zoo.training.problem import Problem
 from zoo.training.run import train
 from zoo.training.swarm_fit import SwarmFit
@@ -69,14 +76,81 @@ def test_blocks_of_one_sample_are_the_model_itself(make_run) -> None:
 
 
 def test_runs_with_less_in_a_block_are_fitted_beside_others(make_run, tmp_path) -> None:
-    """Also a run to check on may have the fullest block."""
-    coarse, fine = make_run(average_s=30.0, bend=0.5), make_run("run_2", average_s=200.0, bend=0.5)
+    """A run to check on has no say in it."""
+    coarse, fine = make_run(average_s=30.0, bend=0.5), make_run("run_2", average_s=80.0, bend=0.5)
     losses = []
     for check in ([], [fine]):
         losses.append(train(BP(FEATURES), [coarse], check, optimizer=ADAM, epochs=20, out=tmp_path)["rms"])
-    assert losses[0] == pytest.approx(losses[1], rel=1e-9)
+    assert losses[0] == losses[1]
     problem = Problem.of_runs(BP(FEATURES), [coarse, fine])
-    assert problem.features.shape == (coarse.blocks + fine.blocks, 20 * (len(FEATURES) + 1))
+    assert problem.features.shape == (coarse.blocks + fine.blocks, 8 * (len(FEATURES) + 1))
+
+
+def test_a_burst_costs_no_more_than_other_blocks(make_run) -> None:
+    """Neighbours are taken together, whose predictions hardly differ."""
+    run = make_run(step_s=1.0, bend=0.5, noise=0.02)
+    keep = torch.ones(len(run.time), dtype=torch.bool)
+    keep[200:] = torch.arange(200, len(keep)) % 50 == 0
+    burst = replace(run, table=run.table[keep], error=run.error[keep], count=run.count[keep], block=run.block[keep])
+    model = BP(FEATURES)
+    problem = Problem.of_runs(model, [burst])
+    assert problem.features.shape == (burst.blocks, MOST * (len(FEATURES) + 1))
+    reset(model, torch.Generator().manual_seed(2))
+    torch.testing.assert_close(problem.model.head(problem.features), predict_blocks(model, burst), rtol=0, atol=1e-4)
+
+
+class FirstNode(FeatureModel):
+    """One of a user's own, whose head takes a table and nothing else."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.extract, self.scaler = Features(FEATURES), Scaler(len(FEATURES))
+        self.inputs, self.nodes = self.extract.inputs, torch.nn.Linear(2, 3, dtype=torch.float64)
+
+    def features(self, x: torch.Tensor) -> torch.Tensor:
+        return self.extract(x)
+
+    def head(self, features: torch.Tensor) -> torch.Tensor:
+        nodes = self.nodes(self.scaler(features))
+        return self.scaler.restore(nodes[:, 0] + torch.tanh(nodes[:, 1:]).sum(1))
+
+    def standardise(self, features: torch.Tensor, error: torch.Tensor) -> None:
+        self.scaler.fit(features, error)
+
+
+@pytest.mark.parametrize("seeds", [1, 2])
+def test_a_head_that_takes_a_table_only_is_fitted_by_what_is_judged(make_run, tmp_path, seeds) -> None:
+    run = make_run(bend=0.5, average_s=100.0)
+    for optimizer in (ADAM, LevenbergMarquardt()):
+        model = FirstNode()
+        found = train(model, [run], optimizer=optimizer, epochs=30, seeds=seeds, out=tmp_path)
+        left = float((run.block_mean(run.error) - predict_blocks(model, run)).square().mean().sqrt())
+        assert found["rms"] == pytest.approx(left, rel=1e-9)
+        assert found["loss"] == pytest.approx((left / Problem.of_runs(model, [run]).scale) ** 2, rel=1e-6)
+
+
+def test_an_ensemble_is_loaded_as_its_training_says(make_run, tmp_path) -> None:
+    run, model = make_run(bend=0.5), BP(FEATURES)
+    train(model, [run], optimizer=ADAM, epochs=20, seeds=3, out=tmp_path)
+    again = Training.load_from_checkpoint(tmp_path / CHECKPOINT, model=Ensemble(BP(FEATURES), 3), optimizer=ADAM, weights_only=True)
+    problem = Problem.of_runs(again.model.net, [run])
+    losses = again.loss(again(problem.features), problem.error)
+    torch.testing.assert_close(losses, problem.losses(again.model.weights), rtol=1e-9, atol=0)
+
+
+def test_training_does_not_go_on_from_other_measurements_as_if_nothing_had_changed(make_run, tmp_path) -> None:
+    """A damped step takes over where the weights are, not what they left of another run; gradients refuse rows of another kind."""
+    one, two = make_run(bend=0.5, noise=0.02), make_run("run_2", bend=-0.8, noise=0.02, seed=2)
+    lm = LevenbergMarquardt()
+    train(BP(FEATURES), [one], optimizer=lm, epochs=200, seeds=2, out=tmp_path)
+    (tmp_path / "fresh").mkdir()
+    fresh, onwards = BP(FEATURES), BP(FEATURES)
+    best = train(fresh, [two], optimizer=lm, epochs=400, seeds=2, out=tmp_path / "fresh")["rms"]
+    found = train(onwards, [two], optimizer=lm, epochs=600, seeds=2, resume=tmp_path / CHECKPOINT, out=tmp_path)["rms"]
+    assert found < 2 * best
+    train(BP(FEATURES), [make_run(average_s=10.0)], optimizer=ADAM, epochs=5, out=tmp_path)
+    with pytest.raises(InputError, match="saw other samples of the blocks"):
+        train(BP(FEATURES), [one], optimizer=ADAM, epochs=10, resume=tmp_path / CHECKPOINT, out=tmp_path)
 
 
 @pytest.mark.parametrize(

@@ -217,8 +217,7 @@ def _candidate(bench: Workbench, found: Search, name: str, chance: float, compar
     """
     step = _round_for(found, name)
     trial = next(trial for trial in step.trials if trial.screened.name == name)
-    last = name in found.missing and set(found.final.names) == {*step.before.names, name}
-    solved = found.final if last else trial.solved or bench.peek(step.before, name, trial.screened.shape, trial.screened.start)
+    solved = trial.solved or bench.peek(step.before, name, trial.screened.shape, trial.screened.start)
     effect = bench.effects[name]
     return {
         "effect": name,

@@ -19,6 +19,7 @@ import torch
 from torch import Tensor
 
 from zoo.models.base import FeatureModel
+from zoo.training.fine_blocks import samples_in
 from zoo.training.linear_weights import LinearWeights
 from zoo.training.tape import Recorded
 from zoo.training.weights import ROWS_OF_COLUMNS, derivatives, set_weights, weight_vector
@@ -121,6 +122,7 @@ def descend(model: FeatureModel, features: Tensor, target: Tensor, weigh: Callab
     Returns:
         χ² at the end.
     """
+    at_once = max(ROWS_OF_COLUMNS // samples_in(model), 1)
     linear, slopes = LinearWeights(model), Recorded(partial(derivatives, model))
 
     def residual(outputs: Tensor) -> Tensor:
@@ -128,8 +130,8 @@ def descend(model: FeatureModel, features: Tensor, target: Tensor, weigh: Callab
 
     def normal(weights: Tensor) -> tuple[Tensor, Tensor]:
         outputs, columns = weights.new_empty(1, len(features)), weights.new_empty(*weights.shape, len(features))
-        for start in range(0, len(features), ROWS_OF_COLUMNS):
-            rows = slice(start, start + ROWS_OF_COLUMNS)
+        for start in range(0, len(features), at_once):
+            rows = slice(start, start + at_once)
             outputs[:, rows], columns[..., rows] = slopes(weights, features[rows])
         jacobian = weigh(columns[0].mT)
         return (jacobian.mT @ jacobian).unsqueeze(0), residual(outputs).mT @ jacobian

@@ -30,20 +30,23 @@ class Ensemble(nn.Module):
     steps: Tensor
     latest: Tensor
 
-    def __init__(self, model: FeatureModel, members: int, samples: int = 1) -> None:
-        """Begin with the model's weights for all; `samples` as of `zoo.training.fine_blocks.seen`."""
+    def __init__(self, model: FeatureModel, members: int) -> None:
         super().__init__()
         self.net = copy.deepcopy(model).requires_grad_(False)
-        self.samples = samples
-        self._slopes = Slopes(seen(self.net, samples))
+        self.over(1)
         self.weights = nn.Parameter(weight_vector(model).repeat(members, 1))
         self.register_buffer("done", torch.zeros(members, dtype=torch.bool))
         self.register_buffer("steps", torch.zeros(members, dtype=torch.int64))
         self._before = self.weights.detach()
         self.register_buffer("latest", self.weights.new_full((members,), torch.inf).detach())
 
+    def over(self, samples: int) -> None:
+        """Take rows with so many samples of a block each, see `zoo.training.fine_blocks`."""
+        self.samples = samples
+        self._slopes = Slopes(seen(self.net, samples))
+
     def forward(self, features: Tensor) -> Tensor:
-        """(M, F) features -> (E, M) predicted errors [output's unit]."""
+        """(M, F) features, or rows, -> (E, M) predicted errors [output's unit]."""
         return member_outputs(seen(self.net, self.samples), self.weights, features)
 
     def objective(self, features: Tensor, error: Tensor, scale: float) -> tuple[Tensor, Tensor]:

@@ -13,11 +13,15 @@ from zoo.measurements.run import Run
 from zoo.models.base import FeatureModel
 from zoo.models.prediction import block_features, raw_columns
 
+MOST = 10
+"""Samples of a block that are told apart: as many as a block of rows has before its fine samples are a fifth of it. Of a block that has more, as in a
+burst of a recorder, neighbours are taken together, so that no block costs more than others."""
+
 
 class FineBlocks(FeatureModel):
     """A model over whole blocks: a row holds the features of S samples and the share that each has in the block, the output is the mean.
 
-    To all that trains maps of features it is one more of them, with the weights of the model within.
+    To all that trains maps of features it is one more of them, with the weights of the model within, which sees a table of samples as ever.
 
     Attributes:
         model: the one that is fitted.
@@ -37,17 +41,22 @@ class FineBlocks(FeatureModel):
         with torch.no_grad():
             features = self.model.features(raw_columns(self.model, run))
         block, kept, share = _members(run)
-        first = torch.searchsorted(block, torch.arange(run.blocks, device=block.device))
+        sizes = torch.bincount(block, minlength=run.blocks)
+        first = sizes.cumsum(0) - sizes
         place = torch.arange(len(block), device=block.device) - first[block]
-        rows = torch.cat([features[kept[first]], torch.zeros_like(features[:1, :1]).expand(run.blocks, 1)], dim=-1)
-        rows = rows.unsqueeze(1).repeat(1, self.samples, 1)
-        rows[block, place] = torch.cat([features[kept], share.unsqueeze(-1)], dim=-1)
-        return rows.flatten(1)
+        crowded = sizes[block] > self.samples
+        place = torch.where(crowded, place * self.samples // sizes[block].clamp_min(1), place)
+        rows = torch.zeros(run.blocks, self.samples, features.shape[1] + 1, dtype=features.dtype, device=features.device)
+        rows.index_put_((block, place), torch.cat([features[kept] * share.unsqueeze(-1), share.unsqueeze(-1)], dim=-1), accumulate=True)
+        weight = rows[..., -1:]
+        means = rows[..., :-1] / torch.where(weight > 0, weight, torch.ones_like(weight))
+        own = torch.where(weight > 0, means, features[kept[first]].unsqueeze(1))
+        return torch.cat([own, weight], dim=-1).flatten(1)
 
     def head(self, features: Tensor) -> Tensor:
         """(..., S·(F + 1)) rows -> (...) mean predicted errors."""
         own, share = self._parted(features)
-        return (self.model.head(own) * share).sum(-1)
+        return (self.model.head(own.reshape(-1, own.shape[-1])).view(share.shape) * share).sum(-1)
 
     def mean_of(self, columns: Callable[[Tensor], Tensor], features: Tensor) -> Tensor:
         """(..., S·(F + 1)) rows -> (..., K) means of some columns, given as (..., S, F) -> (..., S, K)."""
@@ -96,8 +105,13 @@ def standardised(model: FeatureModel, runs: Sequence[Run]) -> tuple[FeatureModel
 
 
 def samples_of(runs: Sequence[Run]) -> int:
-    """S of the fullest block."""
-    return max((int(torch.bincount(_members(run)[0]).max()) for run in runs if run.blocks), default=1)
+    """S of the fullest block, and `MOST` at most."""
+    return min(max((int(torch.bincount(_members(run)[0]).max()) for run in runs if run.blocks), default=1), MOST)
+
+
+def samples_in(model: FeatureModel) -> int:
+    """How many samples a row of a model's features holds."""
+    return model.samples if isinstance(model, FineBlocks) else 1
 
 
 def _members(run: Run) -> tuple[Tensor, Tensor, Tensor]:

@@ -62,7 +62,7 @@ def fit_by_gradient(
         WorkError: the training diverged.
     """
     chance = [torch.Generator().manual_seed(seed) for seed in seeds]
-    samples = samples_of([*runs[0], *runs[1]])
+    samples = samples_of(runs[0])
     data = RunsDataModule(
         *runs,
         rows_of(model, samples),
@@ -75,7 +75,7 @@ def fit_by_gradient(
     steps_per_pass = data.train_dataloader().batches_per_pass
     steps = schedule.epochs * steps_per_pass
     every = max(steps // POINTS, 1)
-    trained = model if len(seeds) == 1 else Ensemble(model, len(seeds), samples)
+    trained = model if len(seeds) == 1 else Ensemble(model, len(seeds))
     module = Training(trained, optimizer, float(spread(error)), schedule.goal, every, schedule.settings, samples)
     if schedule.resume is not None:
         data.begun = check_resumable(schedule.resume, module, steps)

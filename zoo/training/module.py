@@ -55,6 +55,8 @@ class Training(LightningModule):
         self.make_optimizer = optimizer
         self.error_scale, self.goal, self.log_every = error_scale, goal, log_every
         self.settings, self.samples, self.finished = settings, samples, False
+        if isinstance(model, Ensemble):
+            model.over(samples)
         self.stepper: str | None = None
         self.kept: dict[str, Any] = {}
         self.evaluations = 0
@@ -79,7 +81,7 @@ class Training(LightningModule):
             set_weights(self.model, weights[0])
 
     def forward(self, features: Tensor) -> Tensor:
-        """(M, F) features -> (M,) or, of an ensemble, (E, M) predicted errors [output's unit]."""
+        """(M, F) features, or rows of so many samples, -> (M,) or, of an ensemble, (E, M) predicted errors [output's unit]."""
         predicted: Tensor = self.model(features) if isinstance(self.model, Ensemble) else self.net.head(features)
         return predicted
 

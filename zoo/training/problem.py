@@ -12,7 +12,7 @@ from torch.linalg import vector_norm
 from zoo.measurements.run import Run
 from zoo.models.base import FeatureModel
 from zoo.models.scaler import spread
-from zoo.training.fine_blocks import FineBlocks, standardised
+from zoo.training.fine_blocks import FineBlocks, samples_in, standardised
 from zoo.training.linear_weights import LinearWeights
 from zoo.training.population import Population, even
 from zoo.training.tape import Recorded
@@ -129,8 +129,9 @@ class Problem:
 
     def _summed(self, weights: Tensor, columns: Columns, size: int) -> tuple[Tensor, Tensor, Tensor]:
         """(E, K, K) AᵀA, (E, K) Aᵀr and (E,) rᵀr of the residual r and some of its columns A, in units of the error's spread and over √M."""
-        rows = even(len(self.features), ROWS_OF_COLUMNS)
-        members = max(ROWS_OF_COLUMNS // rows, 1)
+        most = max(ROWS_OF_COLUMNS // samples_in(self.model), 1)
+        rows = even(len(self.features), most)
+        members = max(most // rows, 1)
         found = []
         for some in weights.split(even(len(weights), members)):
             normal, slope, square = some.new_zeros(len(some), size, size), some.new_zeros(len(some), size), some.new_zeros(len(some))

@@ -96,6 +96,8 @@ def check_resumable(path: Path, module: Training, steps: int) -> int:
             f"resume={path}: holds another model than this {type(module.model).__name__}; repeat that training's model settings and seeds"
         )
     _check_optimizer(path, checkpoint.get(OPTIMIZER), module.optimizer_name)
+    if checkpoint.get("hyper_parameters", {}).get("samples", 1) != module.samples:
+        raise InputError(f"resume={path}: saw other samples of the blocks, from other files or in an older fogzoo; leave resume out")
     if done >= steps:
         raise InputError(f"resume={path}: has done {done} steps already, of {steps}; raise epochs")
     return int(done)

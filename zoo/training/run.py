@@ -25,6 +25,7 @@ from zoo.measurements.run import Run
 from zoo.models.base import FeatureModel, Model
 from zoo.models.prediction import usable_device
 from zoo.training.checkpoints import save_fitted
+from zoo.training.fine_blocks import samples_of
 from zoo.training.gradient import fit_by_gradient
 from zoo.training.init import Init, log_to
 from zoo.training.members import Member, compare_members, write_members
@@ -150,7 +151,7 @@ def train(
 def _largest_tensor(optimizer: MakeOptimizer | Fitter | Stepwise, runs: Sequence[Run]) -> int:
     blocks = sum(run.blocks for run in runs)
     largest = getattr(optimizer, "largest_tensor", None)
-    return blocks * WIDTH if largest is None else int(largest(blocks))
+    return blocks * samples_of(runs) * WIDTH if largest is None else int(largest(blocks))
 
 
 def _fit_by_gradient(

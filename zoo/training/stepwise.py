@@ -8,6 +8,7 @@ from collections.abc import Iterable, Sequence
 from pathlib import Path
 from typing import Any, Protocol
 
+import torch
 from torch import Tensor
 
 from zoo.errors import InputError, WorkError
@@ -22,6 +23,9 @@ from zoo.training.problem import Problem
 from zoo.training.resume import STATE, stepwise_state
 from zoo.training.schedule import POINTS, Schedule
 from zoo.training.weights import set_weights
+
+SAME = 1e-6
+"""Share by which the loss of a checkpoint may differ from that of its weights."""
 
 
 class Stepwise(Protocol):
@@ -85,7 +89,7 @@ def fit_stepwise(
         drawn = init.evaluations if method.starts_from_init else 0
     else:
         done, drawn, kept = stepwise_state(schedule.resume, type(method).__name__, (len(seeds), problem.size), most, schedule.goal)
-        state = method.restored(problem, kept)
+        state = _judged_anew(problem, method.restored(problem, kept))
     module = Training(model, goal=schedule.goal, settings=schedule.settings)
     module.stepper, module.evaluations = type(method).__name__, drawn
     state = _stepped(problem, method, state, range(done, most), schedule.goal, module, out, log)
@@ -118,6 +122,13 @@ def _stepped(problem: Problem, method: Stepwise, state: Any, steps: range, goal:
                 last_s = time.monotonic()
             advance()
     return state
+
+
+def _judged_anew(problem: Problem, state: Any) -> Any:
+    """A state to go on from, whose members are not at rest where their losses are others now, as with other measurements."""
+    losses = problem.losses(state.weights)
+    same = torch.isclose(losses, state.losses, rtol=SAME, atol=0.0)
+    return state._replace(losses=torch.where(same, state.losses, losses), settled=state.settled & same)
 
 
 def _save(module: Training, method: Stepwise, state: Any, steps: int, out: Path) -> None:

@@ -34,7 +34,8 @@ class SwarmInit(Init):
         self.seed = seed
 
     def weights(self, problem: Problem, members: int, log: Log) -> Tensor:
-        """See `Init.weights`."""
+        """See `Init.weights`; of blocks, their mean features will do for a place to start from."""
+        problem = problem.of_means
         state = self.search.start(problem, range(self.seed, self.seed + members))
         with progress("swarm", self.search.steps) as advance:
             for step in range(self.search.steps):
