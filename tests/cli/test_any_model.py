@@ -135,8 +135,9 @@ def test_a_hybrid_is_trained_and_beats_its_network(gyro, network, tmp_path) -> N
             found = metrics["physical"]["hysteresis"][parameter]
             assert 0 < found["stderr"] < abs(found["value"])
         assert abs(found["value"] - truth["amplitude"]["value"]) < 4 * found["stderr"]
-        more, least = less_likely(out, gyro, truth)
-        assert -0.5 < more < 0.04 * least, "no other minimum is deeper, and the truth leaves hardly more"
+        from_here, deepest = less_likely(out, gyro, truth)
+        assert from_here > -0.5, "no other minimum is deeper"
+        assert deepest < 4**2, "the truth is not ruled out"
         assert loop(metrics["physical"]["hysteresis"]) == pytest.approx(loop(truth), rel=0.15), "amplitude and spread make up for each other"
 
 
@@ -154,19 +155,23 @@ class KnownLoop(Hysteresis):
 
 
 def less_likely(out: Path, gyro: Path, truth: dict) -> tuple[float, float]:
-    """By how much χ² is higher with the loop's true shape than with the one found, all else trained to it; and what it is there.
+    """By how much χ² is higher with the loop's true shape than with the one found, all else trained to it: from there, and at the deepest of three.
+
+    A network ends where it began, and processors round otherwise: from one start alone χ² of the truth is 25 higher or 3 lower.
 
     A network linearised where it stands beside another loop would leave the true one more than the network itself does, once trained beside it.
-    What stays is more than chance, and differs from one machine's rounding to the next, as networks do: the network maps the thermometer, Shupe's
-    effect lives in the coil, and the loop makes up for some of that.
+    What stays is more than chance: the network maps the thermometer, Shupe's effect lives in the coil, and the loop makes up for some of that.
     """
     hybrid, runs = load_model(out), read_runs(str(gyro / "run_*.csv"))
     known = Hybrid(copy.deepcopy(hybrid.network), {"hysteresis": KnownLoop(truth)}, hybrid.inputs)
     with torch.no_grad():
         known.physics.coil_value.copy_(hybrid.physics.coil_value)
-    Alternating(draw=False).fit(known, runs, Generator())
-    left = [Whitener(noise_of(runs), blocks_of(runs))(misfit(model, runs)).square().sum() for model in (hybrid, known)]
-    return float(left[1] - left[0]), float(left[0])
+    others = [copy.deepcopy(known) for _ in range(2)]
+    Alternating(rounds=60, steps=300, draw=False).fit(known, runs, Generator())
+    for seed, other in enumerate(others):
+        Alternating(rounds=60, steps=300).fit(other, runs, Generator().manual_seed(seed))
+    left = [float(Whitener(noise_of(runs), blocks_of(runs))(misfit(model, runs)).square().sum()) for model in (hybrid, known, *others)]
+    return left[1] - left[0], min(left[1:]) - left[0]
 
 
 def misfit(model: Hybrid, runs: list[Run]) -> Tensor:

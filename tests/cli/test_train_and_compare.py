@@ -191,10 +191,11 @@ def test_segments_of_temperature_alone_are_trained_by_any_route_and_exported(rec
 def test_a_fit_of_mean_features_that_bends_within_blocks_is_told(recordings, tmp_path, capsys) -> None:
     """A dual solution knows a block by its mean features alone; all others know its samples."""
     files = [f"data.files=[{recordings / 'a.csv'},{recordings / 'b.csv'}]", "data.average_s=1200"]
+    by_steps, powers = ["optimizer=levenberg_marquardt", "epochs=200"], ["model.order=12", "model.rate_order=12", "data.average_s=600"]
     for model in ("ls_svm", "takagi_sugeno", "polynomial", "bp"):
         capsys.readouterr()
-        extra = {"bp": ["optimizer=levenberg_marquardt", "epochs=200"]}.get(model, [])
-        assert run("train", [f"model={model}", *extra, *files, f"hydra.run.dir={tmp_path / model}"]) == 0
+        extra = {"bp": by_steps, "polynomial": [*by_steps, *powers]}.get(model, [])
+        assert run("train", [f"model={model}", *files, *extra, f"hydra.run.dir={tmp_path / model}"]) == 0
         assert ("bends within blocks" in capsys.readouterr().err) is (model == "ls_svm"), model
 
 

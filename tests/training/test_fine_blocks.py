@@ -24,10 +24,11 @@ from zoo.training.fine_blocks import MOST, FineBlocks, rows_of, samples_of, seen
 from zoo.training.least_squares import LeastSquares, solve
 from zoo.training.levenberg_marquardt import LevenbergMarquardt
 from zoo.training.module import Training
+from zoo.training.population import Population
 from zoo.training.problem import Problem
 from zoo.training.run import train
 from zoo.training.swarm_fit import SwarmFit
-from zoo.training.weights import population_outputs, reset, set_weights, weight_vector
+from zoo.training.weights import reset, set_weights, weight_vector
 
 FEATURES = ["temperature", "temperature_rate"]
 ADAM = partial(torch.optim.Adam, lr=0.01)
@@ -175,15 +176,9 @@ def test_every_way_leads_to_least_squares(make_run, tmp_path, optimizer, epochs,
     features, error = rows_of(solved, 1)(runs[0]), runs[0].block_mean(runs[0].error)
     of_means = made()
     of_means.standardise(features, error)
-    set_weights(of_means, solve(*columns_of(of_means, features, error)))
+    offset, columns = Population(of_means, features).affine()
+    set_weights(of_means, solve(columns.T, error - offset))
     assert score(of_means, runs[0]) > 1.1 * best, "else nothing is tested here"
-
-
-def columns_of(model, features, error):
-    """The least-squares problem of the blocks' mean features."""
-    unit = torch.eye(len(weight_vector(model)) + 1, len(weight_vector(model)), dtype=torch.float64).roll(1, dims=0)
-    outputs = population_outputs(model, unit, features)
-    return (outputs[1:] - outputs[0]).T, error - outputs[0]
 
 
 def score(model, run) -> float:

@@ -125,10 +125,12 @@ def test_segments_are_searched_side_by_side(make_run, tmp_path) -> None:
 
 def test_losses_of_parts_add_up_to_the_loss(make_run, monkeypatch) -> None:
     model = PiecewisePolynomial(FEATURES, [0.0, 20.0])
-    problem = Problem.of_runs(model, [make_run(bend=0.5, noise=0.05)]).of_means
+    problem = Problem.of_runs(model, [make_run(bend=0.5, noise=0.05)])
+    whole_blocks, problem = problem, problem.of_means
     weights = torch.randn(2, 7, problem.size, generator=Generator().manual_seed(1), dtype=torch.float64)
     grouped = weights[..., problem.places].movedim(-2, -3)
     torch.testing.assert_close(problem.losses_of_parts(grouped).sum(-2), problem.losses(weights), rtol=1e-12, atol=0)
+    assert torch.equal(whole_blocks.losses_of_parts(grouped), problem.losses_of_parts(grouped))
     whole, predicted = problem.losses_of_parts(grouped), problem.population.outputs(weights[0])
     torch.testing.assert_close(predicted, population_outputs(model, weights[0], problem.features), rtol=1e-9, atol=1e-9)
     monkeypatch.setattr(problems, "ROWS_OF_COLUMNS", 31)

@@ -11,7 +11,8 @@ from zoo.errors import InputError
 from zoo.measurements.run import Run
 from zoo.models.base import FeatureModel, Model
 from zoo.training.fine_blocks import standardised
-from zoo.training.weights import VALUES_AT_ONCE, population_outputs, set_weights, weight_vector
+from zoo.training.population import Population
+from zoo.training.weights import set_weights, weight_vector
 
 
 class LeastSquares:
@@ -41,10 +42,11 @@ class LeastSquares:
             raise InputError(f"optimizer=least_squares cannot fit {type(model).__name__}, which is no map of features; leave optimizer=auto")
         size = len(weight_vector(model))
         whole, rows, error = standardised(model, runs)
-        offset, design = _affine(whole, rows)
-        if not _is_linear(whole, rows, offset, design, generator):
+        population = Population(whole, rows)
+        offset, columns = population.affine()
+        if not _is_linear(population, offset, columns, generator):
             raise InputError(f"optimizer=least_squares cannot fit {type(model).__name__}, which is not linear in its weights; use adam or lbfgs")
-        set_weights(model, solve(design, error - offset))
+        set_weights(model, solve(columns.T, error - offset))
         return size + 2
 
 
@@ -65,16 +67,7 @@ def solve(design: Tensor, target: Tensor) -> Tensor:
     return solution.squeeze(-1).to(design.device) / length
 
 
-def _affine(whole: FeatureModel, rows: Tensor) -> tuple[Tensor, Tensor]:
-    """(M,) output without weights and (M, D) what each weight adds."""
-    size = len(weight_vector(whole))
-    unit = torch.eye(size + 1, size, dtype=rows.dtype, device=rows.device).roll(1, dims=0)
-    outputs = torch.cat([population_outputs(whole, some, rows) for some in unit.split(max(VALUES_AT_ONCE // max(rows.numel(), 1), 1))])
-    return outputs[0], (outputs[1:] - outputs[0]).T
-
-
-def _is_linear(whole: FeatureModel, rows: Tensor, offset: Tensor, design: Tensor, generator: Generator) -> bool:
-    trial = torch.randn(design.shape[1], generator=generator, dtype=design.dtype).to(design.device)
-    expected = offset + design @ trial
-    found = population_outputs(whole, trial.unsqueeze(0), rows)[0]
-    return torch.allclose(found, expected, rtol=1e-6, atol=1e-6 * float(expected.abs().max()))
+def _is_linear(population: Population, offset: Tensor, columns: Tensor, generator: Generator) -> bool:
+    trial = torch.randn(len(columns), generator=generator, dtype=columns.dtype).to(columns.device)
+    expected = offset + trial @ columns
+    return torch.allclose(population.outputs(trial.unsqueeze(0))[0], expected, rtol=1e-6, atol=1e-6 * float(expected.abs().max()))

@@ -60,6 +60,13 @@ class Population:
         """(P, D) weights, ordered as `zoo.training.weights.weight_vector` does, -> (P, M) predicted errors [output's unit]."""
         return self.costs(weights, lambda predicted: predicted)
 
+    def affine(self) -> tuple[Tensor, Tensor]:
+        """Of a model that is linear in all its D weights: (M,) output without weights and (D, M) what each weight adds."""
+        size = sum(count for _, count in self.shapes.values())
+        like = self.parts[0]
+        outputs = self.outputs(torch.eye(size + 1, size, dtype=like.dtype, device=like.device).roll(1, dims=0))
+        return outputs[0], outputs[1:] - outputs[0]
+
     def costs(self, weights: Tensor, cost: Callable[[Tensor], Tensor]) -> Tensor:
         """What a population costs, without ever holding all its predictions.
 

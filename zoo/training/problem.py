@@ -46,7 +46,7 @@ class Problem:
         self._derivatives = Recorded(partial(derivatives, model))
         self.places, part = model.parts(features)
         self.member = torch.nn.functional.one_hot(part, len(self.places)).to(error)
-        self.design = self._affine() if len(self.linear.index) == self.size and len(features) * self.size <= MOST_OF_A_DESIGN else None
+        self.design = self.population.affine() if len(self.linear.index) == self.size and len(features) * self.size <= MOST_OF_A_DESIGN else None
 
     @classmethod
     def of_runs(cls, model: FeatureModel, runs: Sequence[Run], device: str = "cpu") -> Problem:
@@ -62,12 +62,6 @@ class Problem:
     def of_means(self) -> Problem:
         """The same of the blocks' mean features, for what wants each block to be one point."""
         return Problem(self.model.model, self.model.means(self.features), self.error) if isinstance(self.model, FineBlocks) else self
-
-    def _affine(self) -> tuple[Tensor, Tensor]:
-        """(M,) output without weights and (D, M) what each weight adds."""
-        unit = torch.eye(self.size + 1, self.size, dtype=self.features.dtype, device=self.features.device).roll(1, dims=0)
-        outputs = self.population.outputs(unit)
-        return outputs[0], outputs[1:] - outputs[0]
 
     def _costs(self, weights: Tensor, cost: Callable[[Tensor], Tensor]) -> Tensor:
         """(P, D) weights -> (P, ...), see `Population.costs`; one product where the model is linear in all its weights."""
