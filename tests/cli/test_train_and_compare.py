@@ -199,6 +199,24 @@ def test_a_fit_of_mean_features_that_bends_within_blocks_is_told(recordings, tmp
         assert ("bends within blocks" in capsys.readouterr().err) is (model == "ls_svm"), model
 
 
+def test_check_runs_beyond_what_was_fitted_and_models_that_are_worse_than_none_are_told(recordings, tmp_path, capsys) -> None:
+    assert train(recordings, tmp_path / "within", "model=polynomial") == 0
+    assert capsys.readouterr().err == ""
+    assert json.loads((tmp_path / "within" / "metrics.json").read_text())["beyond"] == {}
+
+    files = [f"data.files=[{recordings / 'check.csv'}]", f"data.check_files=[{recordings / 'a.csv'}]", "data.average_s=100"]
+    assert run("train", ["model=polynomial", "model.order=6", *files, f"hydra.run.dir={tmp_path / 'farther'}"]) == 0
+    told = " ".join(capsys.readouterr().err.split())
+    assert "temperature_c is 20.0 … 60.0 there, 20.0 … 40.0 in the fitted runs; there the model extrapolates" in told
+    assert "on the check runs the model leaves" in told, "a power of six at twice the range"
+    found = json.loads((tmp_path / "farther" / "metrics.json").read_text())["beyond"]
+    assert list(found) == ["temperature_c"]
+    assert 0.48 < found["temperature_c"]["share"] < 0.5, "above 40 °C from 1.5 to 3.5 h of 4"
+
+    assert train(recordings, tmp_path / "wild", "model=bp", "epochs=20", "optimizer.lr=1e3") == 0
+    assert "on the fitted runs the model leaves > 999× the RMS of no model at all; a smaller step" in " ".join(capsys.readouterr().err.split())
+
+
 def test_programs_of_an_earlier_export_do_not_stay_beside_another_models_script(recordings, tmp_path) -> None:
     assert train(recordings, tmp_path / "line", "model=polynomial") == 0
     for program in ("true", "false"):
@@ -207,9 +225,9 @@ def test_programs_of_an_earlier_export_do_not_stay_beside_another_models_script(
 
 
 def test_a_later_command_in_a_models_folder_does_not_pass_for_the_one_that_made_it(recordings, tmp_path) -> None:
-    for name, lr in (("a", 0.1), ("b", 0.2)):
-        assert train(recordings, tmp_path / name, "model=bp", "epochs=5", f"optimizer.lr={lr}") == 0
-    assert {one.name for one in named(find_entrants([str(tmp_path / "*")])[0])} == {"bp_lr0.1", "bp_lr0.2"}
+    for name, lr in (("a", ["optimizer.lr=0.1"]), ("b", ["optimizer.lr=0.2"]), ("c", [])):
+        assert train(recordings, tmp_path / name, "model=bp", "epochs=5", *lr) == 0
+    assert {one.name for one in named(find_entrants([str(tmp_path / "*")])[0])} == {"bp_lr0.1", "bp_lr0.2", "bp"}
     files = f"data.files=[{recordings / 'check.csv'}]"
     assert run("compensate", [f"run={tmp_path / 'a'}", files, f"hydra.run.dir={tmp_path / 'a'}"]) == 0
     settings = next(iter(find_entrants([str(tmp_path / "a")])[0])).settings

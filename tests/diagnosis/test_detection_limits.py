@@ -10,7 +10,7 @@ import pytest
 import torch
 from torch import Generator, Tensor
 
-from zoo.diagnosis.acceptance import ACCEPT
+from zoo.diagnosis.acceptance import FIRST
 from zoo.diagnosis.detection_limits import detection_limits
 from zoo.diagnosis.diagnose import open_bench
 
@@ -23,7 +23,7 @@ def limits():
     """Limits beside the base of a diagnosis, by name."""
 
     def found(bench, base):
-        return detection_limits(bench, base, [name for name in bench.available() if name not in base.names])
+        return detection_limits(bench, base, [name for name in bench.available() if name not in base.names], FIRST)
 
     return found
 
@@ -31,7 +31,7 @@ def limits():
 def test_what_is_a_multiple_of_the_base_hides_in_any_size(diagnosis, catalogue, monkeypatch) -> None:
     found = diagnosis("")
     monkeypatch.setitem(found.bench.effects, "again", catalogue["mohr"])
-    limit = detection_limits(found.bench, found.search.base, ["again"])["again"]
+    limit = detection_limits(found.bench, found.search.base, ["again"], FIRST)["again"]
     assert limit.size > 1e4 * found.bench.mixtures.white
     assert limit.hidden == 1.0
 
@@ -72,13 +72,13 @@ def test_an_effect_of_its_limit_is_found_nine_times_in_ten_and_one_of_half_of_it
     monkeypatch.setattr(bench, "shapes", lambda name: shape)
     one = bench.peek(base, PLANTED, shape[0])
     column = one.plain_columns[:, one.places()[PLANTED][0]]
-    size = detection_limits(bench, base, [PLANTED])[PLANTED].size
+    size = detection_limits(bench, base, [PLANTED], FIRST)[PLANTED].size
     likely, whiten = base.likely.noise, base.mixtures.whitener(base.likely.place)[1]
     signal = whiten(column.unsqueeze(1)) / (0.5 * (column.max() - column.min()))
     rest = whiten(base.fit.plain)
     level = likely.white / base.mixtures.white  # of what is white after whitening
     noise = level * torch.randn(len(signal), DRAWS, generator=Generator().manual_seed(4), dtype=torch.float64)
-    price = ACCEPT + 0.5 * math.log(bench.effective_samples)
+    price = FIRST + 0.5 * math.log(bench.effective_samples)
     for share, least, most in ((1.0, 0.75, 1.0), (0.5, 0.0, 0.25)):
         gain = _cost(rest, share * size * signal + noise) - _cost(torch.cat([rest, signal], dim=1), share * size * signal + noise)
         hits = (0.5 * gain / level**2 > price).double().mean()

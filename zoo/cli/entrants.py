@@ -166,7 +166,7 @@ def _label(one: Entrant) -> tuple[Any, ...]:
 
 
 def _tells(value: str | None) -> bool:
-    return value is not None and len(value) <= SHORT and not value.startswith(("[", "{"))
+    return value not in (None, "None") and len(value) <= SHORT and not value.startswith(("[", "{"))
 
 
 def _short(key: str, value: str) -> str:

@@ -6,7 +6,6 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-import torch
 from hydra.core.hydra_config import HydraConfig
 from omegaconf import DictConfig, OmegaConf
 from rich.console import Console
@@ -16,6 +15,7 @@ from rich.table import Table
 from zoo.artifacts import write_json
 from zoo.catalog import create, load
 from zoo.cli.command_line import searchpath
+from zoo.cli.doubts import print_doubts
 from zoo.cli.effects import chosen
 from zoo.cli.inputs import print_notes, read_data
 from zoo.cli.outcomes import made_from
@@ -23,16 +23,13 @@ from zoo.cli.saved_models import keep_model
 from zoo.errors import InputError
 from zoo.given import check_seed
 from zoo.measurements.run import Run
-from zoo.models.base import FeatureModel, Model
-from zoo.models.prediction import block_features
+from zoo.models.base import Model
 from zoo.training.files import CHECKPOINT, MEMBERS, PICTURE
 from zoo.training.resume import unfinished
 from zoo.training.run import EVENTS, train
 from zoo.units import symbol
 
 METRICS = "metrics.json"
-BENDS = 1.5
-"""RMS row by row over that of mean features from which a word is due."""
 
 
 def run(config: DictConfig, out: Path) -> Path:
@@ -72,7 +69,7 @@ def trained(config: DictConfig, runs: Sequence[Run], check_runs: Sequence[Run], 
     keep_model(out, settings, model, runs, own=[CHECKPOINT, *([MEMBERS] if "members" in metrics else [])])
     _draw(out, model, [*runs, *check_runs])
     print_notes([*runs, *check_runs])
-    _print_bends(model, runs, metrics)
+    print_doubts(model, runs, metrics)
     write_json(out / METRICS, {"schema_version": 1} | metrics)
     _print(metrics)  # last: who reads it may have gone
     return metrics
@@ -178,18 +175,6 @@ def _draw(out: Path, model: Model, runs: Sequence[Run]) -> None:
         figure = prediction_figure(curves, symbol(runs[0].unit))
         write_png(out / PICTURE, figure)
         board.add_figure("prediction", figure)
-
-
-def _print_bends(model: Model, runs: Sequence[Run], metrics: Mapping[str, Any]) -> None:
-    """Says where a model fits the means of its features, which a dual solution sees, and not the means of what it predicts, which counts."""
-    if not isinstance(model, FeatureModel):
-        return
-    with torch.no_grad():
-        left = torch.cat([run.block_mean(run.error) - model.head(block_features(model, run)) for run in runs])
-    seen, unit = float(left.square().mean().sqrt()), symbol(metrics["unit"])
-    if metrics["rms"] > BENDS * seen:
-        told = f"the model bends within blocks: of each block's mean features it leaves {seen:.4g} {unit}, row by row {metrics['rms']:.4g} {unit}"
-        Console(stderr=True).print(f"{told}; a shorter data.average_s or a smoother model helps", style="yellow", soft_wrap=True, highlight=False)
 
 
 def _print(metrics: dict[str, Any]) -> None:

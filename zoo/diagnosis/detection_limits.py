@@ -12,7 +12,6 @@ from dataclasses import dataclass
 import torch
 from torch import Tensor
 
-from zoo.diagnosis.acceptance import ACCEPT
 from zoo.diagnosis.shape_search import Beside
 from zoo.diagnosis.workbench import Solved, Workbench
 from zoo.fitting.projection import complement
@@ -42,7 +41,7 @@ class Limit:
     hidden: float
 
 
-def detection_limits(bench: Workbench, final: Solved, names: list[str]) -> dict[str, Limit]:
+def detection_limits(bench: Workbench, final: Solved, names: list[str], accept: float) -> dict[str, Limit]:
     """The limit of detection of each effect beside a model: the matched filter's, for signals that the model cannot absorb to first order.
 
     A column c, whitened by the noise that suits the model best and stripped of all that the model can absorb, is seen when a |c| exceeds the square
@@ -53,6 +52,7 @@ def detection_limits(bench: Workbench, final: Solved, names: list[str]) -> dict[
         bench: the runs and effects.
         final: the model, fitted.
         names: effects that it has not.
+        accept: log Bayes factor that one must reach, on top of the logarithm of their number.
     """
     noise, whitener = final.likely.noise, final.mixtures.whitener(final.likely.place)[1]
     beside = Beside.under(final.design, final.fit.theta, final.fit.plain, whitener, bench.span_s)
@@ -63,7 +63,7 @@ def detection_limits(bench: Workbench, final: Solved, names: list[str]) -> dict[
         shapes = bench.shapes(name)
         shapes = shapes[torch.linspace(0, len(shapes) - 1, min(len(shapes), SHAPES)).round().long()]
         freedom = 1 + len(bench.effects[name].shape)
-        price = ACCEPT + math.log(max(len(names), 1)) + 0.5 * freedom * math.log(bench.effective_samples)
+        price = accept + math.log(max(len(names), 1)) + 0.5 * freedom * math.log(bench.effective_samples)
         seen = math.sqrt(2.0 * price) + QUANTILE
         sizes = (seen * _size_of_one_sigma(bench, beside, name, shapes) / per_sigma).flatten()
         hidden = ((sizes / (SMALLEST * ten)).log() / math.log(LARGEST / SMALLEST)).clamp(0.0, 1.0)

@@ -7,6 +7,7 @@ from collections.abc import Callable
 from dataclasses import asdict, dataclass
 from typing import Any
 
+from zoo.diagnosis.acceptance import accepted
 from zoo.diagnosis.alike import indistinguishable
 from zoo.diagnosis.cross_validation import rms_by_run
 from zoo.diagnosis.description import describe
@@ -125,7 +126,8 @@ def diagnose(runs: list[Run], effects: list[str], catalogue: dict[str, Effect], 
         structure = examine(bench, found.final, base)
     verdict = "unknown" if not structure.is_noise else "missing" if found.missing else "complete"
     floor = bench.noise_floor(found.final) if structure.is_noise else bench.mixtures.white
-    limits = detection_limits(bench, found.final, [name for name in candidates if name not in found.final.names])
+    others = [name for name in candidates if name not in found.final.names]
+    limits = detection_limits(bench, found.final, others, accepted(base, found.final))
     weighed = hypotheses(found, structure, sum(limit.hidden for limit in limits.values()) / max(len(limits), 1))
     shown, floors = found.as_it_stands, floors_of(bench.runs, floor)
     record = {
@@ -199,12 +201,12 @@ def _posterior(weighed: list[Hypothesis], structure: Structure) -> list[dict[str
 
 
 def _candidates(bench: Workbench, found: Search, names: list[str], weighed: list[Hypothesis]) -> list[dict[str, Any]]:
-    first = found.steps[0].trials if found.steps else []
+    first = found.steps[0]
     chance = {name: sum(one.probability for one in weighed if name in one.effects) for name in names}
-    strong = [trial.screened.name for trial in first[:COMPARED] if trial.refitted and trial.evidence > 0]
+    strong = [trial.screened.name for trial in first.trials[:COMPARED] if trial.refitted and trial.evidence > 0]
     likely = {name for name in strong if posterior(first)[name] > UNLIKELY} | set(found.missing)
     others = [name for name in names if name not in found.missing]
-    tried = [trial.screened.name for trial in first]
+    tried = [trial.screened.name for trial in first.trials]
     entries = side_by_side(lambda name: _candidate(bench, found, name, chance[name], others if name in likely else []), tried)
     rank = {name: i for i, name in enumerate(found.missing)}
     return sorted(entries, key=lambda entry: (rank.get(entry["effect"], len(rank)), -entry["probability"], entry["delta_bic"]))
@@ -247,9 +249,9 @@ def _alike(bench: Workbench, step: Step, own: Trial, solved: Solved, compare_wit
 
 def _round_for(found: Search, name: str) -> Step:
     """The round that added an effect; for another the round, of those that added something lasting, in which it was the likeliest alternative."""
-    tried = [step for step in found.steps if name in posterior(step.trials)]
+    tried = [step for step in found.steps if name in posterior(step)]
     own = [step for step in tried if step.chosen == name]
     if name in found.missing and own:
         return own[-1]
     lasting = [step for step in tried if step.chosen in found.missing] or tried[:1]
-    return max(lasting, key=lambda step: posterior(step.trials)[name])
+    return max(lasting, key=lambda step: posterior(step)[name])

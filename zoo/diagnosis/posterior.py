@@ -3,15 +3,14 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import torch
 from torch import Tensor
 
-from zoo.diagnosis.acceptance import ACCEPT
 from zoo.diagnosis.search import Search
 from zoo.diagnosis.structure import Structure
-from zoo.diagnosis.trials import LITTLE, Step, Trial
+from zoo.diagnosis.trials import LITTLE, Step
 
 FAINT = 1e-12
 
@@ -49,15 +48,14 @@ def believed(excess: Tensor) -> Tensor:
     return torch.where(excess > 0, TEMPER * excess, excess)
 
 
-def posterior(trials: list[Trial]) -> dict[str, float]:
+def posterior(step: Step) -> dict[str, float]:
     """Probability of each candidate of one round, against each other and against none.
 
     Before looking, none is as much likelier as the evidence that an addition must reach: a candidate at the threshold gets about one half.
     """
-    needed = ACCEPT + math.log(max(len(trials), 1))
-    excess = torch.tensor([0.0, *(trial.evidence - needed for trial in trials)], dtype=torch.float64)
+    excess = torch.tensor([0.0, *(trial.evidence - step.needed for trial in step.trials)], dtype=torch.float64)
     weights = torch.softmax(believed(excess), dim=0)[1:]
-    return {trial.screened.name: float(weight) for trial, weight in zip(trials, weights, strict=True)}
+    return {trial.screened.name: float(weight) for trial, weight in zip(step.trials, weights, strict=True)}
 
 
 def unknown(structure: Structure) -> float:
@@ -78,7 +76,7 @@ def hypotheses(found: Search, structure: Structure, hidden: float) -> list[Hypot
     """
     members = {name: _chances(_round_of(found, name), name) for name in found.missing}
     last = _last(found)
-    more = _refused(posterior(last.trials)) if last else {}
+    more = _refused(posterior(last)) if last else {}
     stop = max(1.0 - sum(more.values()), FAINT)
     whole = math.prod(max(chances[name], FAINT) for name, chances in members.items()) * stop
     sets = {tuple(sorted(found.missing)): whole}
@@ -104,8 +102,8 @@ def _chances(step: Step, name: str) -> dict[str, float]:
     own = next(trial for trial in step.trials if trial.screened.name == name)
     most = own.solved.rms / LITTLE if own.solved else math.inf
     rivals = [trial for trial in step.trials if trial.solved is None or trial.solved.rms <= most]
-    chances = posterior(rivals)
-    total = sum(chances.values()) if own.evidence < ACCEPT + math.log(len(step.trials)) else 1.0
+    chances = posterior(replace(step, trials=rivals))
+    total = sum(chances.values()) if own.evidence < step.needed else 1.0
     return {one: chance / max(total, FAINT) for one, chance in chances.items()}
 
 

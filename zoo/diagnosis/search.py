@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 
 import torch
 
-from zoo.diagnosis.acceptance import ACCEPT, best_of, convinces, pruned
+from zoo.diagnosis.acceptance import ACCEPT, accepted, best_of, convinces, pruned
 from zoo.diagnosis.screening import Screened, screen
 from zoo.diagnosis.structure import leaves_noise
 from zoo.diagnosis.trials import REFITS, Step, Trial, glances, refit, round_of
@@ -114,7 +113,7 @@ def _single(bench: Workbench, found: Search) -> bool:
     """Take another effect of the first round than the one that was chosen, if it leaves noise; whether one did."""
     first = found.steps[0]
     for single in _singles(found):
-        if single.solved is None or single.evidence < ACCEPT + math.log(max(len(first.trials), 1)):
+        if single.solved is None or single.evidence < first.needed:
             continue
         alone = _finished(bench, found.base, single.solved)
         if leaves_noise(bench, alone, found.base):
@@ -134,11 +133,10 @@ def _pair(bench: Workbench, found: Search, candidates: list[str], progress: Call
         others = [name for name in candidates if name not in single.solved.names]
         if not others:
             return
-        step = round_of(bench, single.solved, others, progress, least=IN_SIGHT * bench.mixtures.white)
+        step = round_of(bench, single.solved, others, ACCEPT, progress, least=IN_SIGHT * bench.mixtures.white)
         found.steps.append(step)
         best = step.trials[0]
-        price = 2 * (ACCEPT + math.log(max(len(step.trials), 1)))
-        if best.solved is None or not best.refitted or best.evidence < ACCEPT or single.evidence + best.evidence < price:
+        if best.solved is None or not best.refitted or best.evidence < ACCEPT or single.evidence + best.evidence < 2 * step.needed:
             continue
         both = pruned(bench, _finished(bench, found.base, best.solved), found.base)
         if len(both.names) == len(best.solved.names) and leaves_noise(bench, both, found.base):
@@ -158,9 +156,9 @@ def _singles(found: Search) -> list[Trial]:
 def _forward(bench: Workbench, found: Search, candidates: list[str], progress: Callable[[str], None]) -> None:
     while True:
         others = [name for name in candidates if name not in found.final.names]
-        step = round_of(bench, found.final, others, progress)
+        step = round_of(bench, found.final, others, accepted(found.base, found.final), progress)
         found.steps.append(step)
-        best = best_of(bench, [trial for trial in step.trials if convinces(bench, found.base, found.final, trial, len(step.trials))])
+        best = best_of(bench, [trial for trial in step.trials if convinces(bench, found.base, step, trial)])
         if best is None or len(found.missing) >= MOST_ADDED:
             return
         assert best.solved is not None
@@ -180,7 +178,7 @@ def _exchange(bench: Workbench, found: Search, candidates: list[str], progress: 
         trials = glances(bench, less, screen(bench, less, [one for one in candidates if one not in found.final.names]))
         refit(bench, less, [trial for trial in trials if trial.evidence > own - WITHIN][:REFITS], progress, far=0)
         mine = Trial(Screened(name, torch.zeros(0), 0.0, 0), found.final, own, True)
-        step = Step(less, sorted([mine, *trials], key=lambda trial: (not trial.refitted, -trial.evidence)), name)
+        step = Step(less, sorted([mine, *trials], key=lambda trial: (not trial.refitted, -trial.evidence)), ACCEPT, name)
         found.steps.append(step)
         best = step.trials[0]
         if best.solved is not None and best.evidence > own + PREFERRED and best_of(bench, [best, mine]) is best:

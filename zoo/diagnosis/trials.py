@@ -53,21 +53,29 @@ class Step:
     Attributes:
         before: the model at its start.
         trials: all candidates, best first.
+        accept: log Bayes factor that one of them must reach, on top of the logarithm of their number.
         chosen: the effect that was added, or None.
     """
 
     before: Solved
     trials: list[Trial]
+    accept: float
     chosen: str | None = None
 
+    @property
+    def needed(self) -> float:
+        """Log Bayes factor that one of them must reach."""
+        return self.accept + math.log(max(len(self.trials), 1))
 
-def round_of(bench: Workbench, before: Solved, names: list[str], progress: Callable[[str], None], least: float = math.inf) -> Step:
+
+def round_of(bench: Workbench, before: Solved, names: list[str], accept: float, progress: Callable[[str], None], least: float = math.inf) -> Step:
     """The candidates of a list beside a model: all projected, the best looked at, the best of these refitted.
 
     Args:
         bench: the runs and effects.
         before: the model.
         names: candidates.
+        accept: see `Step`.
         progress: told what is being tried.
         least: RMS that one of them must reach at a glance for any to be refitted [unit].
     """
@@ -75,7 +83,7 @@ def round_of(bench: Workbench, before: Solved, names: list[str], progress: Calla
     reached = min((trial.solved.rms for trial in trials if trial.solved is not None), default=0.0)
     refit(bench, before, _worth_arefit(bench, trials, before) if reached <= least else [], progress)
     trials.sort(key=lambda trial: (not trial.refitted, -trial.evidence))
-    return Step(before, trials)
+    return Step(before, trials, accept)
 
 
 def refit(bench: Workbench, before: Solved, trials: list[Trial], progress: Callable[[str], None], far: int = LOOKED_FAR) -> None:

@@ -8,7 +8,7 @@ from typing import Any
 from zoo.report.floors import WORTH_TELLING, Floors, excess
 from zoo.report.limits import what_could_hide
 from zoo.report.trace import HELD_OUT, Trace, rms
-from zoo.report.wording import finite, joined, percent, significant, times
+from zoo.report.wording import finite, joined, percent, reached_beyond, times
 
 Record = dict[str, Any]
 
@@ -284,15 +284,6 @@ def _refined(diagnosis: Record, refinement: Record) -> Verdict:
     return verdict_of(diagnosis) if diagnosis.get("verdict") else Verdict("unknown", "Incomplete", ["What is left is not noise."])
 
 
-def _beyond(refinement: Record) -> str:
-    """Which columns the check runs take beyond the fitted ones, and how far."""
-    found = []
-    for name, one in (refinement.get("beyond") or {}).items():
-        reached, fitted = (" … ".join(significant(value) for value in one.get(key) or []) for key in ("reached", "fitted"))
-        found.append(f"{name} is {reached} there, {fitted} in the fitted runs")
-    return "; ".join(found)
-
-
 def _near(rungs: list[Rung], refinement: Record) -> bool:
     """Whether the fitted runs are near their floor, or nothing says that they are not."""
     fitted = excess(rungs[-1].rms if rungs else None, refinement.get("noise_floor"))
@@ -309,7 +300,7 @@ def _not_borne_out(rungs: list[Rung], refinement: Record) -> tuple[str, list[str
         ratio = excess(last, floors.checked)
         ending = f": it is still {times(ratio)} the floor there." if ratio else "."
         sentences.append(f"On the {them} the RMS fell by {percent(1 - last / first)}, but not down to the noise{ending}")
-    if _near(rungs, refinement) and (farther := _beyond(refinement)):
+    if _near(rungs, refinement) and (farther := reached_beyond(refinement.get("beyond") or {})):
         sentences.append(f"What it leaves is more than noise on the {them}, which go beyond what was fitted: {farther}. There it extrapolates.")
     elif _near(rungs, refinement):
         sentences.append(f"What it leaves is more than noise on the {them}, so it may have been fitted too closely.")

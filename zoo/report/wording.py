@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import re
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -72,6 +73,15 @@ def times(ratio: Any) -> str:
     if number is None:
         return NONE
     return "> 999×" if number >= 999.5 else f"{fixed(number, 1 if number < 99.95 else 0)}×"
+
+
+def reached_beyond(found: Mapping[str, Any]) -> str:
+    """Which columns go beyond what was fitted, as `zoo.models.ranges.beyond` found, and how far."""
+    said = []
+    for name, one in found.items():
+        reached, fitted = (" … ".join(significant(value) for value in one.get(key) or []) for key in ("reached", "fitted"))
+        said.append(f"{name} is {reached} there, {fitted} in the fitted runs")
+    return "; ".join(said)
 
 
 def unit_symbol(unit: Any) -> str:

@@ -12,6 +12,7 @@ from zoo.errors import WorkError
 from zoo.measurements.run import Run
 from zoo.models.base import Model
 from zoo.models.prediction import predict_blocks
+from zoo.models.ranges import beyond
 from zoo.scoring.comparison import UNCOMPENSATED, WHOLE, rms_by_kind
 from zoo.scoring.stages import bias_stability, label_stages, rms
 
@@ -29,7 +30,7 @@ def residual_blocks(model: Model, run: Run) -> Tensor:
 
 
 def score_runs(model: Model, runs: Sequence[Run], check_runs: Sequence[Run]) -> dict[str, Any]:
-    """RMS of fitted and check runs, each as a whole and by stage [output's unit]."""
+    """RMS of fitted and check runs, each as a whole and by stage [output's unit], and how far the latter go beyond the former, see `beyond`."""
     fitted, checked = [_score(model, run) for run in runs], [_score(model, run) for run in check_runs]
     return {
         "unit": runs[0].unit,
@@ -40,6 +41,7 @@ def score_runs(model: Model, runs: Sequence[Run], check_runs: Sequence[Run]) -> 
         "rms_check_uncompensated": _pooled(checked, UNCOMPENSATED) if checked else None,
         "runs": fitted,
         "check_runs": checked,
+        "beyond": beyond(model, runs, check_runs),
     }
 
 

@@ -1,0 +1,60 @@
+"""What a user should know before relying on a model that has just been trained."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from typing import Any
+
+import torch
+from rich.console import Console
+
+from zoo.measurements.run import Run
+from zoo.models.base import FeatureModel, Model
+from zoo.models.prediction import block_features
+from zoo.report.wording import percent, reached_beyond, significant, times
+from zoo.units import symbol
+
+BENDS = 1.5
+"""RMS row by row over that of mean features from which a word is due."""
+
+
+def print_doubts(model: Model, runs: Sequence[Run], metrics: Mapping[str, Any]) -> None:
+    """Print them, a line each.
+
+    Args:
+        model: trained.
+        runs: that it was fitted to.
+        metrics: of `zoo.training.run.train`.
+    """
+    for told in (*_worse(metrics), *_beyond(metrics), *_bends(model, runs, metrics)):
+        Console(stderr=True).print(told, style="yellow", soft_wrap=True, highlight=False)
+
+
+def _worse(metrics: Mapping[str, Any]) -> Iterator[str]:
+    """Where nothing would do better."""
+    advice = {"": "a smaller step of the optimizer or more epochs may help", "_check": "there it is of no use"}
+    for kind, what_now in advice.items():
+        left, before = metrics[f"rms{kind}"], metrics[f"rms{kind}_uncompensated"]
+        if left is not None and left > before:
+            yield f"on the {'check' if kind else 'fitted'} runs the model leaves {times(left / before)} the RMS of no model at all; {what_now}"
+            return
+
+
+def _beyond(metrics: Mapping[str, Any]) -> Iterator[str]:
+    """Where it is asked for what it has never seen."""
+    found = metrics["beyond"]
+    if found:
+        rows = percent(max(one["share"] for one in found.values()))
+        yield f"the check runs go beyond what was fitted in {rows} of their rows: {reached_beyond(found)}; there the model extrapolates"
+
+
+def _bends(model: Model, runs: Sequence[Run], metrics: Mapping[str, Any]) -> Iterator[str]:
+    """Where it fits the means of its features, which a dual solution sees, and not the means of what it predicts, which counts."""
+    if not isinstance(model, FeatureModel):
+        return
+    with torch.no_grad():
+        left = torch.cat([run.block_mean(run.error) - model.head(block_features(model, run)) for run in runs])
+    seen, rows, unit = float(left.square().mean().sqrt()), metrics["rms"], symbol(metrics["unit"])
+    if rows > BENDS * seen:
+        both = f"of each block's mean features it leaves {significant(seen)} {unit}, row by row {significant(rows)} {unit}"
+        yield f"the model bends within blocks: {both}; a shorter data.average_s or a smoother model helps"
