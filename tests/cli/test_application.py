@@ -85,12 +85,15 @@ def test_an_unknown_key_is_named(verb, capsys) -> None:
         (["diagnose", "data.files=[a.csv]", "effects=[static_bias,mor]"], "mohr"),
         (["simulate", "gyro=mediun"], "medium"),
         (["train", "data.files=[a.csv]", "model=polinomial"], "polynomial"),
+        (["train", "data.files=[a.csv]", "hydra/launcher=basik"], "basic"),
+        (["reproduce", "paper=qiu2032"], "qiu2023"),
     ],
 )
 def test_an_unknown_name_gets_the_nearest(arguments, near, capsys) -> None:
     code, message = told(*arguments, capsys=capsys)
     assert code == 2
     assert f"did you mean {near}" in one_message(message)
+    assert "unknown experiment" not in message, "when a paper was asked for"
 
 
 @pytest.mark.parametrize(("kind", "key"), [("model", "model=mynett"), ("effects", "effects=[static_bias,mynett]")])
@@ -185,11 +188,20 @@ def test_the_environment_is_left_as_it_was(before, monkeypatch) -> None:
         assert os.environ.get(FULL) == before
 
 
-def test_who_asks_for_the_trace_gets_the_exception(monkeypatch) -> None:
+@pytest.mark.parametrize(("verb", "wrong"), [("simulate", "runs=none"), ("train", "model=nope")])
+def test_who_asks_for_the_trace_gets_it_besides(verb, wrong, monkeypatch, capsys) -> None:
     monkeypatch.setenv(FULL, "1")
-    with pytest.raises(ValueError, match="runs=none"):
-        application.run("simulate", ["runs=none", "hydra.run.dir=bad"])
+    code, message = told(verb, wrong, "hydra.run.dir=bad", capsys=capsys)
+    assert code == 2
+    assert message.startswith("Traceback")
+    assert one_message(message.splitlines()[-1]).startswith("error: ")
     assert os.environ[FULL] == "1"
+
+
+def test_a_folder_of_configs_that_is_not_there_is_told_once(capsys) -> None:
+    code, message = told("train", "data.files=[a.csv]", "hydra.searchpath=[file:///nowhere/conf]", capsys=capsys)
+    assert code == 2
+    assert "/nowhere/conf: no such folder" in one_message(message)
 
 
 def test_results_lie_where_the_contract_says(capsys) -> None:

@@ -66,6 +66,26 @@ def test_a_training_becomes_files_that_say_where_they_come_from(trained, tmp_pat
 
 
 @pytest.mark.slow
+def test_the_files_own_names_and_units_travel_with_the_file(trained, tmp_path, capsys) -> None:
+    """The exported model takes seconds and °C, whatever the recorder wrote: how its columns become these must be found beside it."""
+    header, *rows = (trained.parent / "chamber.csv").read_text().splitlines()
+    assert header == "time_s,temperature_c,rate_dph"
+    cells = [row.split(",") for row in rows]
+    foreign = [f"{float(t) * 1e3:.0f},{float(u) + 273.15:.4f},{rate}" for t, u, rate in cells]
+    (tmp_path / "foreign.csv").write_text("\n".join(["t,imu_k,gz", *foreign]) + "\n")
+    names = ["data.columns.time=t", "data.time_unit=ms", "data.columns.temperature=imu_k", "data.columns.output=gz", "data.output_unit=deg/h"]
+    settings = ["model=polynomial", f"data.files=[{tmp_path / 'foreign.csv'}]", "data.average_s=100", *names]
+    assert run("train", [*settings, f"hydra.run.dir={tmp_path / 'line'}"]) == 0
+    capsys.readouterr()
+    assert run("export", [f"run={tmp_path / 'line'}", "program=false", f"hydra.run.dir={tmp_path / 'out'}"]) == 0
+    assert "in the recordings imu_k, in K" in capsys.readouterr().out
+    metadata = json.loads((tmp_path / "out" / "metadata.json").read_text())
+    assert metadata["inputs"] == ["time_s", "temperature_c"]
+    wanted = {"time_s": ("t", "ms"), "temperature_c": ("imu_k", "K"), "output": ("gz", "°/h")}
+    assert metadata["trained_on"]["recorded_as"] == {name: {"column": column, "unit": unit} for name, (column, unit) in wanted.items()}
+
+
+@pytest.mark.slow
 def test_the_parameters_of_effects_travel_with_the_file(trained, tmp_path) -> None:
     settings = ["model=graybox", "effects=[static_bias,mohr]", f"data.files=[{trained.parent / 'chamber.csv'}]", "data.average_s=100"]
     assert run("train", [*settings, f"hydra.run.dir={tmp_path / 'grey'}"]) == 0
@@ -85,7 +105,7 @@ def test_recordings_that_are_gone_are_done_without(trained, tmp_path) -> None:
     assert list(metadata["parity"]["runs"]) == ["a made-up run"]
     assert list(metadata["files"]) == ["model.ts"]
     assert not (tmp_path / "out" / "model.pt2").exists()
-    assert metadata["trained_on"]["sample_interval_s"] is None
+    assert metadata["trained_on"]["sample_interval_s"] is metadata["trained_on"]["recorded_as"] is None
     script = torch.jit.load(tmp_path / "out" / "model.ts")
     assert script(torch.tensor([[0.0, 20.0], [1.0, 80.0]], dtype=torch.float64)).isnan().tolist() == [False, True]
 

@@ -8,6 +8,8 @@ import os
 import re
 import shlex
 import sys
+import traceback
+import warnings
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, nullcontext, redirect_stderr, redirect_stdout, suppress
 from pathlib import Path
@@ -30,7 +32,7 @@ from zoo.cli.closed_pipe import nobody_reads, print_to_nobody, unread_logs
 from zoo.cli.folders import hollow_removed
 from zoo.cli.interrupts import tell_interrupted
 from zoo.cli.jobs import Job
-from zoo.cli.papers import paper_settings
+from zoo.cli.papers import GROUP, PAPER, paper_settings
 from zoo.cli.plugins import missing_plugin, prefer_own_settings
 from zoo.cli.saved_models import folder_settings
 from zoo.cli.sweeps import sweep_told
@@ -65,19 +67,18 @@ def run(verb: str, arguments: list[str]) -> int:
     sys.argv = [*(sys.argv[:1] if completing else [f"fogzoo {verb}"]), *arguments]  # completion is of a program, not of a verb
     asked = completing and any(one.startswith("query=") for one in arguments)
     codes: list[int] = []
-    with _unwrapped(), unread_logs(), _half_typed(verb) if asked else nullcontext():
+    with warnings.catch_warnings(), _unwrapped(), unread_logs(), _half_typed(verb) if asked else nullcontext():
         try:
             with hollow_removed(), sweep_told(codes), suppress(SystemExit):  # Hydra's own end after --help
                 check_flags(arguments)
                 prefer_own_settings()
+                warnings.filterwarnings("ignore", r"provider=.* is not available", UserWarning)  # `check_searchpath` refuses it
                 hydra.main(version_base="1.3", config_path=str(config_folder()), config_name=verb)(_task(verb, codes, traced))()
             sys.stdout.flush()
         except KeyboardInterrupt:
             return tell_interrupted()
         except Exception as error:
-            if traced:
-                raise
-            codes.append(_tell(error, verb))
+            codes.append(_tell(error, verb, traced))
     return max(codes, default=0)
 
 
@@ -124,9 +125,11 @@ def _unwrapped() -> Iterator[None]:
             os.environ["HYDRA_FULL_ERROR"] = before
 
 
-def _tell(error: BaseException, verb: str) -> int:
+def _tell(error: BaseException, verb: str, traced: bool) -> int:
     if nobody_reads(error):
         return print_to_nobody()
+    if traced:
+        traceback.print_exception(error)
     code, message = explain(error, verb)
     print(message, file=sys.stderr)
     return code
@@ -150,9 +153,7 @@ def _task(verb: str, codes: list[int], traced: bool) -> Callable[[DictConfig], f
                         job.end(importlib.import_module(f"zoo.cli.{verb}").run(config, out))
                 print(job.result, flush=True)
             except (Exception, SystemExit) as error:
-                if traced:
-                    raise
-                codes.append(_tell(error, verb))
+                codes.append(_tell(error, verb, traced))
                 job.fail(error, *((codes[-1], "") if nobody_reads(error) else explain(error, verb)))
         return job.value
 
@@ -167,7 +168,7 @@ def explain(error: BaseException, verb: str) -> tuple[int, str]:
             return 2, f"error: {cause}"
         if isinstance(cause, WorkError):
             return 1, f"failed: {cause}"
-    if absent := missing_plugin(error) or _unknown_choice(error) or no_choice(error):
+    if absent := missing_plugin(error) or _unknown_choice(error, verb) or no_choice(error):
         return 2, f"error: {absent}"
     if isinstance(error, OSError) and error.filename:
         return 2, f"error: {error.filename}: {error.strerror}; if results were to go there, choose another folder with hydra.run.dir=…"
@@ -177,14 +178,16 @@ def explain(error: BaseException, verb: str) -> tuple[int, str]:
     return 1, f"failed: {known}{_first_lines(error, verb)} (HYDRA_FULL_ERROR=1 shows where)"
 
 
-def _unknown_choice(error: BaseException) -> str | None:
+def _unknown_choice(error: BaseException, verb: str) -> str | None:
     unknown = re.search(r"Could not (?:find|load) '([^']+)/([^'/]+)'", str(error))
     if unknown is None or not isinstance(error, MissingConfigException):
         return None
     group, name = unknown.groups()
     if told := absent_folder(_searched(error)):
         return told
-    return f"unknown {group.removesuffix('s')} '{name}': {nearest(name, names(group, _searched(error)))}"
+    typed = PAPER if (verb, group) == ("reproduce", GROUP) else group.removesuffix("s")
+    possible = [*names(group, _searched(error)), *(["basic"] if group.startswith("hydra/") else [])]  # Hydra's own, without a file
+    return f"unknown {typed} '{name}': {nearest(name, possible)}"
 
 
 def _searched(error: MissingConfigException) -> list[Path]:

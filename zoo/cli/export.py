@@ -15,9 +15,9 @@ from zoo.cli.inputs import read_data
 from zoo.cli.saved_models import SavedModel, command_config, find_model, fitted_runs, physical_values
 from zoo.errors import InputError
 from zoo.export.files import SCRIPT
-from zoo.export.write import write_export
+from zoo.export.write import input_unit, write_export
 from zoo.given import check_switch
-from zoo.measurements.run import Run
+from zoo.measurements.run import OUTPUT, Run
 from zoo.models.graybox import GrayBox
 from zoo.models.hybrid import Hybrid
 from zoo.models.prediction import raw_columns, usable_device
@@ -92,6 +92,7 @@ def _about(saved: SavedModel, runs: Sequence[Run]) -> dict[str, Any]:
         "trained_on": {
             "runs": fitted_runs(facts),
             "sample_interval_s": _intervals(runs),
+            "recorded_as": _recorded_as(runs),
             **{key: facts.get(key) for key in TOLD},
             # Of many seeds, the one that is kept.
             "seed": (facts.get("members") or facts).get("best_seed", facts.get("seed")),
@@ -109,12 +110,24 @@ def _intervals(runs: Sequence[Run]) -> list[float] | None:
     return [min(means), max(means)] if means else None
 
 
+def _recorded_as(runs: Sequence[Run]) -> dict[str, dict[str, str | None]] | None:
+    """What the files of the training call each column and the output, and its unit there; None where the recordings are gone."""
+    return (
+        {one.name: {"column": one.column, "unit": symbol(one.given) if one.given else input_unit(one.name)} for one in runs[0].recorded}
+        if runs
+        else None
+    )
+
+
 def _print(metadata: dict[str, Any]) -> None:
     console = Console()
+    recorded = metadata["trained_on"]["recorded_as"] or {}
     for name in metadata["inputs"]:
-        known = metadata["trained_range"][name]
-        trained = f"trained from {known[0]:g} to {known[1]:g} {metadata['input_units'][name] or ''}" if known else ""
+        known, unit, was = metadata["trained_range"][name], metadata["input_units"][name] or "", recorded.get(name, {})
+        trained = f"trained from {known[0]:g} to {known[1]:g} {unit}" if known else ""
         console.print(f"input       {name:24s} {trained}", highlight=False)
+        if was and (was["column"], was["unit"] or "") != (name, unit) and name != OUTPUT:
+            console.print(f"            in the recordings {was['column']}, in {was['unit']}", highlight=False)
     console.print(f"prediction  error in {metadata['unit_symbol']}, to be subtracted from the output", highlight=False)
     for what, apart in metadata["parity"]["largest_difference"].items():
         console.print(f"parity      {what}: {apart:.1e} {symbol(metadata['unit'])} at most", highlight=False)

@@ -203,6 +203,7 @@ def _run(name: str, one: Layout, recording: Recording, length: float | None) -> 
         block=torch.from_numpy(block),
         rows=recording.rows,
         notes=(*recording.notes, *_notes(recording, average, length, thin), *forgetting, *_implausible(recording, one, fine.mean)),
+        recorded=one.sources,
     )
 
 

@@ -8,6 +8,8 @@ from functools import cached_property
 import torch
 from torch import Tensor
 
+from zoo.measurements.schema import Source
+
 OUTPUT = "output"
 """Name under which a model takes what the gyro showed, like a column."""
 PIECES = 10
@@ -35,6 +37,7 @@ class Run:
         block: (T,) int64, index of the block each sample belongs to, −1 for the samples of a block too thin to keep.
         rows: rows read from the file.
         notes: what reading noticed (gaps, dropped rows), one sentence each.
+        recorded: what the file calls time, thermometers, inputs, reference and output, and their units there; empty where there is no file.
     """
 
     name: str
@@ -47,6 +50,7 @@ class Run:
     block: Tensor
     rows: int = 0
     notes: tuple[str, ...] = field(default=())
+    recorded: tuple[Source, ...] = ()
 
     @property
     def time(self) -> Tensor:
