@@ -56,6 +56,7 @@ class Tally:
     Attributes:
         rows: of the file.
         unpredicted: rows without a prediction, as a column that it needs has no number there.
+        first_unpredicted: the first of them, the header counted as row 1, and the column that it lacks; empty where there is none.
         outside: by column, rows outside of what was fitted, and the lowest and highest value there.
         notes: one sentence each.
         average_s: length of the blocks [s].
@@ -64,6 +65,7 @@ class Tally:
 
     rows: int = 0
     unpredicted: int = 0
+    first_unpredicted: str = ""
     outside: dict[str, tuple[int, float, float]] = field(default_factory=dict)
     notes: list[str] = field(default_factory=list)
     average_s: float = 0.0
@@ -158,7 +160,11 @@ class Compensation:
         """(M, C) rows -> (M, 2) prediction and what is left [output's unit]."""
         table, truth, output = self._raw(numbers)
         used = [place for place, name in enumerate(self._with.model.inputs) if name in self._with.used]
-        known = np.isfinite(table[:, [0, *used]]).all(axis=1)  # the time always: models that ask for no column may go by it
+        finite = np.isfinite(table[:, [0, *used]])  # the time always: models that ask for no column may go by it
+        known = finite.all(axis=1)
+        if not (known.all() or self.tally.first_unpredicted):
+            row = int(known.argmin())
+            self.tally.first_unpredicted = f"row {self.tally.rows + row + 2}, {self._name([0, *used][int(finite[row].argmin())])}"
         self.tally.rows += len(known)
         self.tally.unpredicted += int((~known).sum())
         x = torch.from_numpy(np.nan_to_num(table[known], posinf=0.0, neginf=0.0)).to(self._with.device)
@@ -180,6 +186,11 @@ class Compensation:
                 by_name[name] = units.convert(output, self._one.unit, self._with.unit or self._one.unit)
         nothing = np.zeros_like(output)
         return np.stack([by_name.get(name, nothing) for name in self._with.model.inputs], axis=1), truth, output
+
+    def _name(self, place: int) -> str:
+        """What the file calls one of the model's raw columns; the true input may be there in another unit."""
+        name, truth = self._with.model.inputs[place], "reference_"
+        return next(one.column for one in self._sources if one.name == name or (name.startswith(truth) and one.name.startswith(truth)))
 
     def _predicted(self, x: torch.Tensor) -> np.ndarray:
         if self._recording is None and len(x) > 1:
@@ -225,7 +236,7 @@ def remarks(one: Layout, tally: Tally, ranges: Ranges) -> list[str]:
     """What a user should know of one file, a line each."""
     found = [*one.notes, *tally.notes]
     if tally.unpredicted:
-        lacking = "lack a number in a column that the model needs, or a time that increases"
+        lacking = f"lack a number in a column that the model needs, or a time that increases (the first: {tally.first_unpredicted})"
         found.append(f"{tally.unpredicted} of {tally.rows} rows {lacking}; their new cells are empty")
     for name, (count, low, high) in tally.outside.items():
         fitted = " … ".join(f"{value:.4g}" for value in ranges[name])
