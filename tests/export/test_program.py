@@ -10,10 +10,13 @@ from zoo.catalog import names
 from zoo.errors import WorkError
 from zoo.export.carried import CHUNK
 from zoo.export.program import SCANS, load_program, to_programs
+from zoo.export.torchscript import load_torchscript, to_torchscript
 from zoo.models.base import Model
 from zoo.models.example import example
 from zoo.models.hybrid import Hybrid
+from zoo.models.ranges import limits
 
+ANY = (-float("inf"), float("inf"))
 RICH = ["temperature", "temperature_rate", "temperature_outer_lag90", "supply_v", "time_s"]
 
 
@@ -49,7 +52,7 @@ def programs(request, network, graybox):
         "network and all effects": lambda: both(network("bp"), graybox(names("effects"), ("temperature_c", "temperature_outer_c"))),
     }
     model = made[request.param]()
-    return model, *to_programs(model, example(model.inputs, {}))
+    return model, *to_programs(model, example(model.inputs, {}), limits(model.inputs, {}))
 
 
 @pytest.mark.slow
@@ -77,7 +80,7 @@ class Chooses(Model):
 @NEWER
 def test_what_torch_export_does_not_take_is_told_in_a_line_or_two() -> None:
     with pytest.raises(WorkError, match=r"torch\.export does not take it") as told:
-        to_programs(Chooses(), example(["time_s", "temperature_c"], {}))
+        to_programs(Chooses(), example(["time_s", "temperature_c"], {}), [ANY, ANY])
     assert len(str(told.value).splitlines()) == 2
     assert "program=false" in str(told.value)
 
@@ -97,3 +100,52 @@ def test_states_are_handed_on_and_two_records_do_not_meet(programs, record) -> N
     for one in (0, 1):
         wanted = model(records[one])
         torch.testing.assert_close(torch.stack(found[one]), wanted, rtol=0, atol=1e-11 * float(wanted.abs().max()))
+
+
+def stained(x: torch.Tensor) -> torch.Tensor:
+    """A record with what a recorder writes now and then: nothing, at the very first as well, a stamp twice, a stamp that went back."""
+    x = x.clone()
+    x[0, 1] = x[5, 1] = x[-1, -1] = torch.nan
+    x[9, 0], x[20, 1] = torch.nan, torch.inf
+    x[12, 0] = x[11, 0]
+    x[30:33, 0] -= 500.0
+    return x
+
+
+@pytest.mark.slow
+@torch.no_grad()
+def test_rows_that_cannot_be_used_leave_no_trace_in_any_file(programs, record) -> None:
+    model, whole, step = programs
+    x = stained(record(model.inputs, 80))
+    script = load_torchscript(to_torchscript(model, "dph", example(model.inputs, {}), limits(model.inputs, {})))
+    usable = script.usable(x)
+    wanted = torch.full_like(x[:, 0], torch.nan)
+    wanted[usable] = model(x[usable])
+    assert int((~usable).sum()) == 9
+    stepwise, one = load_program(step), []
+    state, module = torch.full(stepwise.example_inputs[0][1].shape, torch.nan, dtype=torch.float64), stepwise.module()
+    for row in x:
+        predicted, state = module(row, state)
+        one.append(predicted)
+    found = {"model.ts": script(x), "step": torch.stack([script.step(row) for row in x]), "model.pt2": load_program(whole).module()(x)}
+    for name, predicted in (found | {"step.pt2": torch.stack(one)}).items():
+        torch.testing.assert_close(predicted, wanted, rtol=0, atol=1e-11 * float(wanted.nan_to_num().abs().max()), equal_nan=True, msg=name)
+    assert load_program(whole).module()(torch.full_like(x[:3], torch.nan)).isnan().all()
+
+
+@pytest.mark.slow
+@torch.no_grad()
+def test_programs_refuse_what_lies_outside_where_that_is_asked(network, record) -> None:
+    """As `model.ts` does: NaN there, and the row counts as past all the same."""
+    model = network("bp", features=["temperature", "temperature_rate"])
+    between, x = [ANY, (-20.0, 30.0)], record(model.inputs, 400)
+    files = to_programs(model, example(model.inputs, {}), between, refuse_outside=True)
+    script = load_torchscript(to_torchscript(model, "dph", example(model.inputs, {}), between, refuse_outside=True))
+    wanted = script(x)
+    assert 0 < int(wanted.isnan().sum()) < len(x)
+    torch.testing.assert_close(load_program(files[0]).module()(x), wanted, rtol=0, atol=1e-11, equal_nan=True)
+    step = load_program(files[1])
+    state, module = torch.full(step.example_inputs[0][1].shape, torch.nan, dtype=torch.float64), step.module()
+    for row, one in zip(x, wanted, strict=True):
+        predicted, state = module(row, state)
+        torch.testing.assert_close(predicted, one, rtol=0, atol=1e-11, equal_nan=True)

@@ -51,7 +51,9 @@ def run(config: DictConfig, out: Path) -> Path:
         Console(stderr=True).print(Text(f"skipped, without a finished model: {', '.join(skipped)}"), style="yellow", soft_wrap=True, highlight=False)
     runs, check_runs = read_data(_with_trained_blocks(config, models))
     print_notes([*runs, *check_runs])
-    entrants = named([*models, *given_predictions(files, len(runs) + len(check_runs), config.data.columns.get("time"))])
+    entrants = named(
+        [*models, *given_predictions(files, len(runs) + len(check_runs), config.data.columns.get("time"), config.data.bad_rows == "skip")]
+    )
     scored, stages = _scored(entrants, [*runs, *check_runs], device)
     judged = judge(methods_of(entrants), scored, Generator().manual_seed(config.seed))
     document = _document(entrants, scored, stages) | judged | {"skipped": skipped}
@@ -94,6 +96,9 @@ def _prediction(entrant: Entrant, one: Run, device: torch.device) -> Tensor:
     if entrant.facts.get("unit", one.unit) != one.unit:
         raise InputError(f"{entrant.folder}: trained on an output in {entrant.facts['unit']}, but {one.name} is in {one.unit}")
     predicted = entrant.predict(one, device)
+    if entrant.facts.get("refuse_outside") and bool(predicted.isnan().any()):
+        where = f"exported with refuse_outside=true, and {one.name} goes beyond what it was trained on"
+        raise InputError(f"{entrant.folder}: {where}; export it again without, or leave out that run")
     if not bool(torch.isfinite(predicted).all()):
         raise WorkError(f"{entrant.folder}: predicts values that are no numbers for {one.name}")
     return predicted

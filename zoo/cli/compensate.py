@@ -27,6 +27,7 @@ from zoo.models.example import example
 from zoo.models.prediction import usable_device
 from zoo.models.streaming import check_streams
 from zoo.progress import progress
+from zoo.report.wording import times
 from zoo.training.threads import threads_for
 from zoo.units import symbol
 
@@ -53,8 +54,8 @@ def run(config: DictConfig, out: Path) -> Path:
     targets = _targets([one.path for one in layouts], out)
     with threads_for(0):
         compensator = _compensator(saved, device)
-        skip = data["bad_rows"] == "skip"
-        passes = [Compensation(compensator, one, data["reference"], _average(data, saved), data["gap_s"], skip) for one in layouts]
+        skip, short = data["bad_rows"] == "skip", data["time_unit"] is None
+        passes = [Compensation(compensator, one, data["reference"], _average(data, saved), data["gap_s"], skip, short) for one in layouts]
         done = [_written(one, target) for one, target in zip(passes, targets, strict=True)]
     known = [one.reference is not None or data["reference"] != 0 or is_typed("data.reference") for one in layouts]
     facts = [_facts(*each, compensator) for each in zip(layouts, targets, done, known, strict=True)]
@@ -130,6 +131,9 @@ def _facts(one: Layout, target: Path, tally: Tally, known: bool, compensator: Co
     """What is told of one file; numbers are of block means, [output's unit]."""
     error, predicted = tally.blocks[:, 1], tally.blocks[:, 2]
     before, after = (_numbers(value) for value in (error, error - predicted))
+    notes = remarks(one, tally, compensator.ranges)
+    if known and before and after and after["rms"] > before["rms"]:
+        notes.append(f"the model leaves {times(after['rms'] / before['rms'])} the RMS of no model at all; for this file it is of no use")
     return {
         "file": str(one.path),
         "written": str(target),
@@ -142,7 +146,7 @@ def _facts(one: Layout, target: Path, tally: Tally, known: bool, compensator: Co
         "blocks": len(tally.blocks),
         "before": before,
         "after": after,
-        "notes": remarks(one, tally, compensator.ranges),
+        "notes": notes,
     }
 
 

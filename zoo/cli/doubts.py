@@ -8,12 +8,14 @@ from typing import Any
 import torch
 from rich.console import Console
 
-from zoo.measurements.run import Run
+from zoo.measurements.run import OUTPUT, Run
 from zoo.models.base import FeatureModel, Model
 from zoo.models.prediction import block_features
 from zoo.report.wording import percent, reached_beyond, significant, times
 from zoo.units import symbol
 
+STEADY = 1e-9
+"""Share of the output within which a true input that is called constant stays."""
 BENDS = 1.5
 """RMS row by row over that of mean features from which a word is due."""
 
@@ -26,8 +28,18 @@ def print_doubts(model: Model, runs: Sequence[Run], metrics: Mapping[str, Any]) 
         runs: that it was fitted to.
         metrics: of `zoo.training.run.train`.
     """
-    for told in (*_worse(metrics), *_beyond(metrics), *_bends(model, runs, metrics)):
+    for told in (*_takes_the_input(model, runs), *_worse(metrics), *_beyond(metrics), *_bends(model, runs, metrics)):
         Console(stderr=True).print(told, style="yellow", soft_wrap=True, highlight=False)
+
+
+def _takes_the_input(model: Model, runs: Sequence[Run]) -> Iterator[str]:
+    """Where it may subtract what the gyro is there to show, and no run could tell."""
+    steady = all(bool(((run.table[:, -1] - run.table[0, -1]).abs() <= STEADY * run.output.abs().max()).all()) for run in runs)
+    if OUTPUT in model.inputs and steady:
+        yield (
+            "the model takes the output, and the true input never changes in the fitted runs: all that the gyro shows passes for error, "
+            "a rotation in flight as well; leave output out of model.features, or fit runs with a recorded true input that changes"
+        )
 
 
 def _worse(metrics: Mapping[str, Any]) -> Iterator[str]:

@@ -128,17 +128,18 @@ def _taken_from(run: Run, module: Model, folder: Path) -> Model:
     return module if {*module.inputs} <= {*run.columns, OUTPUT} else narrowed(module.cpu(), load_ranges(folder))
 
 
-def given_predictions(files: Mapping[str, list[Path]], runs: int, time: str | None) -> list[Entrant]:
+def given_predictions(files: Mapping[str, list[Path]], runs: int, time: str | None, skip: bool) -> list[Entrant]:
     """Predictions made elsewhere as entrants.
 
     Args:
         files: of each set, by its name.
         runs: how many runs are compared.
         time: what the measurement files call the time.
+        skip: whether rows without a number are left out.
     """
 
     def predictor(name: str, paths: list[Path]) -> Callable[[Run, torch.device], Tensor]:
-        return lambda run, _: read_prediction(file_of(run.name, name, paths, runs), run, time)
+        return lambda run, _: read_prediction(file_of(run.name, name, paths, runs), run, time, skip)
 
     return [Entrant(name, name, paths[0].parent, {}, {}, predictor(name, paths)) for name, paths in files.items()]
 

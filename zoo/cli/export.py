@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from contextlib import chdir
 from pathlib import Path
 from typing import Any
 
@@ -10,14 +11,15 @@ from omegaconf import DictConfig, OmegaConf
 from omegaconf.errors import OmegaConfBaseException
 from rich.console import Console
 
-from zoo.catalog import MODEL_FILE, load_ranges
+from zoo.catalog import MODEL_FILE, RANGES_FILE, load_ranges
 from zoo.cli.inputs import read_data
-from zoo.cli.saved_models import SavedModel, command_config, find_model, fitted_runs, physical_values
+from zoo.cli.saved_models import SavedModel, command_config, find_model, fitted_runs, given_in, physical_values
 from zoo.errors import InputError
 from zoo.export.files import SCRIPT
 from zoo.export.write import input_unit, write_export
 from zoo.given import check_switch
 from zoo.measurements.run import OUTPUT, Run
+from zoo.models.features import Features
 from zoo.models.graybox import GrayBox
 from zoo.models.hybrid import Hybrid
 from zoo.models.prediction import raw_columns, usable_device
@@ -50,12 +52,17 @@ def run(config: DictConfig, out: Path) -> Path:
         raise InputError(
             f"run={saved.folder}: no metrics.json or refinement.json beside the model, which says the unit; give the whole output folder"
         )
+    ranges = load_ranges(saved.folder)
+    if config.refuse_outside and not ranges:
+        raise InputError(
+            f"run={saved.folder}: no {RANGES_FILE} there, so nothing is known that refuse_outside=true could refuse; train the model again"
+        )
     with Console(stderr=True).status("exporting, and trying the files against the model"), threads_for(0):
         runs = _training_runs(saved)
         metadata = write_export(
             saved.module,
             saved.facts["unit"],
-            load_ranges(saved.folder),
+            ranges,
             {one.name: raw_columns(saved.module, one) for one in runs},
             out,
             about=_about(saved, runs),
@@ -67,26 +74,28 @@ def run(config: DictConfig, out: Path) -> Path:
 
 
 def _training_runs(saved: SavedModel) -> list[Run]:
-    """The recordings of the training, if they are still where they were."""
+    """The recordings of the training, if they are still where they were, seen from where the command was given."""
     path = command_config(saved.folder)
     if path is None:
         return []
     try:
-        runs, _ = read_data(OmegaConf.load(path))  # type: ignore[arg-type]
-    except (InputError, OmegaConfBaseException):
+        with chdir(given_in(saved.folder)):
+            runs, _ = read_data(OmegaConf.load(path))  # type: ignore[arg-type]
+    except (InputError, OSError, OmegaConfBaseException):
         return []
-    return [one for one in runs if set(saved.module.inputs) <= set(one.columns)]
+    return [one for one in runs if set(saved.module.inputs) <= {*one.columns, OUTPUT}]
 
 
 def _about(saved: SavedModel, runs: Sequence[Run]) -> dict[str, Any]:
     """Where the model comes from; names of files, but no folder of this machine."""
-    module, facts = saved.module, saved.facts
+    module, facts, features = saved.module, saved.facts, getattr(saved.module, "extract", None)
     physics = module.physics if isinstance(module, Hybrid) else module
     return {
         "schema_version": 1,
         "model": saved.kind,
         "settings": OmegaConf.to_container(OmegaConf.load(saved.folder / MODEL_FILE)),
         "formula": module.formula() or None,
+        "features": features.definitions() if isinstance(features, Features) else None,
         "effects": [name for name, _ in physics.named_effects()] if isinstance(physics, GrayBox) else [],
         "physical": physical_values(facts),
         "trained_on": {

@@ -85,11 +85,19 @@ def command_config(folder: Path) -> Path | None:
 
 def was_made(folder: Path) -> bool:
     """Whether the last command in a folder was one that leaves models."""
+    return _of_hydra(folder, "job").get("name") in MAKERS
+
+
+def given_in(folder: Path) -> Path:
+    """The folder in which the last command in a folder was given, from which its paths count; this one where that is not known."""
+    return Path(_of_hydra(folder, "runtime").get("cwd") or ".")
+
+
+def _of_hydra(folder: Path, part: str) -> dict[str, Any]:
+    """What Hydra has written down of the last command in a folder."""
     kept = folder / ".hydra" / "hydra.yaml"
-    if not kept.is_file():
-        return False
-    hydra = (read_yaml(kept) or {}).get("hydra") or {}
-    return (hydra.get("job") or {}).get("name") in MAKERS
+    hydra = (read_yaml(kept) or {}).get("hydra") or {} if kept.is_file() else {}
+    return hydra.get(part) or {}
 
 
 def read_yaml(path: Path) -> Any:

@@ -1,6 +1,8 @@
 """An exported file, loaded again: a model of which nothing is known but its columns and its unit."""
 
 # No `from __future__ import annotations` in the files of models: TorchScript reads class annotations.
+import hashlib
+import io
 import json
 import warnings
 from pathlib import Path
@@ -46,9 +48,13 @@ def load_exported(folder: Path) -> tuple[ExportedModel, dict[str, Any]]:
         inputs = [str(name) for name in facts["inputs"]]
         with warnings.catch_warnings():
             warnings.simplefilter("ignore", DeprecationWarning)  # TorchScript as a whole is deprecated
-            script = torch.jit.load(str(folder / SCRIPT), map_location="cpu").eval()
+            file = (folder / SCRIPT).read_bytes()
+            script = torch.jit.load(io.BytesIO(file), map_location="cpu").eval()
     except OSError as error:
         raise InputError(f"{folder}: no exported model here ({error.strerror}: {METADATA}); {SCRIPT} and {METADATA} are needed") from error
     except (ValueError, KeyError, TypeError, RuntimeError) as error:
         raise InputError(f"{folder}: {SCRIPT} and {METADATA} are not what fogzoo export writes ({' '.join(str(error).split())[:120]})") from error
+    told = (facts.get("files") or {}).get(SCRIPT, {}).get("sha256")
+    if told not in (None, hashlib.sha256(file).hexdigest()):
+        raise InputError(f"{folder}: {SCRIPT} is not the file that {METADATA} tells of; export the model again")
     return ExportedModel(script, inputs), facts

@@ -27,7 +27,7 @@ def differences(model: Model, inputs: Sequence[str], files: Mapping[str, bytes],
         inputs: raw columns that the files take, some of the model's.
         files: the exported ones by name.
         tables: (T, C) raw columns of the model by run.
-        refused: ranges of the raw columns outside of which ``model.ts`` refuses to predict.
+        refused: ranges of the raw columns outside of which the files refuse to predict.
 
     Returns:
         Largest |Δ| [output's unit] by what was compared.

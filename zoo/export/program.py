@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import io
+from collections.abc import Sequence
 from importlib.util import find_spec
 
 import torch
@@ -21,6 +22,63 @@ LONGEST = 2**26
 """Rows of the longest run that the exported `forward` takes: 93 h at 200 Hz."""
 SCANS = find_spec("torch._higher_order_ops.scan") is not None
 """Whether this torch writes down loops that hand a state on, as graphs of effects need; 2.4 does not."""
+
+
+class Checked(nn.Module):
+    """What `zoo.export.torchscript.Exported` makes of rows that cannot be used, or may not: NaN, and no trace of the former."""
+
+    low: Tensor
+    high: Tensor
+
+    def __init__(self, core: nn.Module, limits: Sequence[tuple[float, float]], refuse_outside: bool) -> None:
+        """Put together.
+
+        Args:
+            core: for rows of finite numbers whose time rises.
+            limits: (C,) between which values each raw column is taken for trained.
+            refuse_outside: whether a row outside of them gets NaN.
+        """
+        super().__init__()
+        self.core = core
+        self.refuse_outside = refuse_outside
+        for name, values in zip(("low", "high"), zip(*limits, strict=True), strict=True):
+            self.register_buffer(name, torch.tensor(values, dtype=torch.float64))
+
+    def judged(self, x: Tensor, predicted: Tensor, usable: Tensor) -> Tensor:
+        """(..., C) rows, (...) predictions and whether the rows are usable -> (...) predictions, or NaN."""
+        if self.refuse_outside:
+            usable = usable & ((x >= self.low) & (x <= self.high)).all(dim=-1)
+        return torch.where(usable, predicted, torch.nan)
+
+
+class CheckedWhole(Checked):
+    """A whole run, (N, C) -> (N,)."""
+
+    def forward(self, x: Tensor) -> Tensor:
+        """(N, C) raw columns -> (N,) predicted error; NaN for a row with a number that is not finite, or not later than all such rows before it."""
+        finite = torch.isfinite(x).all(dim=1)
+        time = torch.where(finite, x[:, 0], -torch.inf)
+        place = torch.arange(x.shape[0], device=x.device)
+        latest = torch.cummax(time, dim=0)[0][(place - 1).clamp_min(0)]
+        usable = finite & ((time > latest) | (place == 0))
+        # A graph knows no run whose length depends on what is in it: the usable rows first, then as many later ones as the others are.
+        count = usable.sum()
+        rows = x[torch.argsort((~usable).to(torch.int64), stable=True)]
+        last = rows.index_select(0, (count - 1).clamp_min(0).unsqueeze(0))
+        after = (place - count + 1).clamp_min(0).unsqueeze(-1)
+        later = torch.cat([last[:, :1] + after.to(x.dtype), last[:, 1:].expand(x.shape[0], -1)], dim=1)
+        predicted = self.core(torch.where(after > 0, later, rows))
+        return self.judged(x, predicted[(usable.cumsum(0) - 1).clamp_min(0)], usable)
+
+
+class CheckedStep(Checked):
+    """One sample, the state handed in and out: (C,), (1 + S,) -> (), (1 + S,); the first of the state is the time of the last row that was used."""
+
+    def forward(self, x: Tensor, state: Tensor) -> tuple[Tensor, Tensor]:
+        """The next sample's prediction and the state after it; a state of NaN is before the first sample."""
+        usable = torch.isfinite(x).all() & ~(x[0] <= state[0])
+        predicted, after = self.core(x, state[1:])
+        return self.judged(x, predicted, usable), torch.where(usable, torch.cat([x[:1], after]), state)
 
 
 class FeatureWhole(nn.Module):
@@ -48,7 +106,7 @@ class FeatureStep(nn.Module):
         self.scan = FeatureScan(features, len(model.inputs), 1)
 
     def forward(self, x: Tensor, state: Tensor) -> tuple[Tensor, Tensor]:
-        """The next sample's prediction and the state after it; a state of NaN is before the first sample."""
+        """See `CheckedStep`."""
         features, state = self.scan(x.unsqueeze(0), state)
         return self.model.head(features).squeeze(0), state
 
@@ -97,7 +155,7 @@ class CarriedStep(nn.Module):
         self.following = following
 
     def forward(self, x: Tensor, state: Tensor) -> tuple[Tensor, Tensor]:
-        """See `FeatureStep`."""
+        """See `CheckedStep`."""
         fresh = torch.isnan(state).all()
         row = x.unsqueeze(0)
         at_first, begun = self.first(row)
@@ -105,19 +163,21 @@ class CarriedStep(nn.Module):
         return torch.where(fresh, at_first, predicted)[0], torch.where(fresh, begun, after)
 
 
-def to_programs(model: Model, x: Tensor) -> tuple[bytes, bytes]:
+def to_programs(model: Model, x: Tensor, limits: Sequence[tuple[float, float]], refuse_outside: bool = False) -> tuple[bytes, bytes]:
     """The files ``model.pt2`` (whole runs) and ``step.pt2`` (one sample).
 
     Args:
         model: trained; not changed.
         x: (T, C) raw columns of a record like those it will see, some thousand rows.
+        limits: (C,) between which values each raw column is taken for trained.
+        refuse_outside: whether a row outside of them gets NaN.
 
     Raises:
         InputError: a model of this kind cannot be exported.
         WorkError: the same, for a reason that lies in one of its parts.
     """
     try:
-        return _programs(still(model), x)
+        return _programs(still(model), x, limits, refuse_outside)
     except (InputError, WorkError):
         raise
     except Exception as error:  # whatever comes out of torch's tracing
@@ -125,7 +185,7 @@ def to_programs(model: Model, x: Tensor) -> tuple[bytes, bytes]:
         raise WorkError(f"{type(model).__name__}: torch.export does not take it ({told})\nprogram=false leaves model.pt2 and step.pt2 out") from error
 
 
-def _programs(model: Model, x: Tensor) -> tuple[bytes, bytes]:
+def _programs(model: Model, x: Tensor, limits: Sequence[tuple[float, float]], refuse_outside: bool) -> tuple[bytes, bytes]:
     features = recipes(model)
     whole: nn.Module
     step: nn.Module
@@ -139,6 +199,8 @@ def _programs(model: Model, x: Tensor) -> tuple[bytes, bytes]:
         state = torch.full_like(first(x[:1])[1], torch.nan)
         chunk = _with_buffers(torch.export.export(following, (x[1 : 1 + CHUNK], state)).module())
         whole, step = CarriedWhole(first, chunk), CarriedStep(first, following)
+    state = torch.cat([torch.full_like(x[0, :1], torch.nan), state])
+    whole, step = CheckedWhole(whole, limits, refuse_outside), CheckedStep(step, limits, refuse_outside)
     rows = Dim("rows", min=1, max=LONGEST)
     program = torch.export.export(whole, (x[: 2 * CHUNK + 40],), dynamic_shapes=({0: rows},))
     return _saved(program), _saved(torch.export.export(step, (x[0], state)))

@@ -189,7 +189,7 @@ class Exported(nn.Module):
         inside = torch.empty([len(now)], dtype=torch.bool, device=x.device)
         for i, value in enumerate(now):
             inside.select(0, i).fill_(value >= self.low[i] and value <= self.high[i])
-        inside.select(0, 0).fill_(now[0] > self.last and math.isfinite(now[0]))
+        inside.select(0, 0).fill_(now[0] > self.last and math.isfinite(now[0]) and now[0] >= self.low[0] and now[0] <= self.high[0])
         return self.advance(x, now), inside
 
     def checked(self, x: Tensor) -> Tensor:

@@ -24,6 +24,7 @@ from zoo.models.example import example
 from zoo.models.ranges import ROOM, Ranges, limits
 from zoo.units import output_suffix, symbol
 
+CALL = "step.pt2: (row of inputs, state) -> (prediction, state), the first state step_state times NaN; in it first the time of the last row used"
 PLAIN = {"v": "V", "ut": "µT", "pct": "%", "kpa": "kPa"}
 """Units of columns that the zoo never converts, by suffix."""
 
@@ -48,7 +49,7 @@ def write_export(
         recorded: (T, C) raw columns of runs to try the files on, by name; a made-up run is tried besides.
         out: folder of the files.
         about: what is known of the model, first in the metadata.
-        refuse_outside: whether ``model.ts`` gives NaN outside of the trained range.
+        refuse_outside: whether the files give NaN outside of the trained range.
         program: whether the files of `torch.export` are wanted as well.
 
     Returns:
@@ -61,9 +62,10 @@ def write_export(
     asked = narrowed(model, ranges)
     made_up = example(model.inputs, ranges)
     own = made_up[:, [model.inputs.index(name) for name in asked.inputs]]
-    files = {SCRIPT: to_torchscript(asked, unit, own, limits(asked.inputs, ranges), refuse_outside)}
+    between = limits(asked.inputs, ranges)
+    files = {SCRIPT: to_torchscript(asked, unit, own, between, refuse_outside)}
     if program:
-        files[PROGRAM], files[STEP] = to_programs(asked, own)
+        files[PROGRAM], files[STEP] = to_programs(asked, own, between, refuse_outside)
     tables = dict(recorded) | {"a made-up run": made_up}
     apart = differences(model, asked.inputs, files, tables, ranges if refuse_outside else {})
     metadata = dict(about) | {
@@ -75,6 +77,7 @@ def write_export(
         "trained_range": {name: list(ranges[name]) if name in ranges else None for name in asked.inputs},
         "room_outside": ROOM,
         "refuse_outside": refuse_outside,
+        "step_call": CALL if program else None,
         "step_state": len(load_program(files[STEP]).example_inputs[0][1]) if program else None,
         "parity": {
             "largest_difference": apart,

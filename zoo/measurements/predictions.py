@@ -20,7 +20,7 @@ SAME = 1e-4
 """Blocks whose mean times differ by less than this share of their length hold the same rows."""
 
 
-def read_prediction(path: Path, run: Run, time: str | None = None) -> Tensor:
+def read_prediction(path: Path, run: Run, time: str | None = None, skip: bool = False) -> Tensor:
     """The predicted error of a run's blocks.
 
     Where the file has the rows of the run, they are averaged in the same blocks; else the predictions, or their means over a fifth of a block, are
@@ -30,6 +30,7 @@ def read_prediction(path: Path, run: Run, time: str | None = None) -> Tensor:
         path: a file with ``time_s`` and ``predicted_error_<unit>``; other columns are not looked at.
         run: what it was predicted for.
         time: what the measurement files call the time, where it has that name here as well.
+        skip: whether rows without a number are left out; else they are an error.
 
     Returns:
         (N,) predicted error [output's unit].
@@ -37,7 +38,7 @@ def read_prediction(path: Path, run: Run, time: str | None = None) -> Tensor:
     Raises:
         InputError: a column is missing, or the file does not reach over the run.
     """
-    there = _averaged(path, run, time)
+    there = _averaged(path, run, time, skip)
     own, given = run.block_mean(run.time).cpu(), there.block_mean(there.time)
     place = torch.searchsorted(given, own - SAME * run.average_s).clamp_max(max(len(given) - 1, 0))
     if len(given) and bool(((given[place] - own).abs() < SAME * run.average_s).all()):
@@ -45,10 +46,10 @@ def read_prediction(path: Path, run: Run, time: str | None = None) -> Tensor:
     return _interpolated(path, run, there)
 
 
-def _averaged(path: Path, run: Run, time: str | None) -> Run:
+def _averaged(path: Path, run: Run, time: str | None, skip: bool) -> Run:
     """The file on the two grids of a run."""
     sources = prediction_sources(path, column_names(path), run.unit, time)
-    stream = chunks(path, [source.column for source in sources])
+    stream = chunks(path, [source.column for source in sources], skipped=(lambda _: None) if skip else None)
     first = next(stream)
     seconds = units.convert(first[:, 0], sources[0].given, sources[0].wanted)
     if len(seconds) < 2:

@@ -18,7 +18,7 @@ from zoo.measurements.files import find_files, run_names
 from zoo.measurements.gaps import unsettled
 from zoo.measurements.recording import GAP_STEPS, JITTER, Average, Recording, auto_length
 from zoo.measurements.run import Run
-from zoo.measurements.schema import Layout, in_run_units, keep_shared, layout, overruled
+from zoo.measurements.schema import Layout, Source, in_run_units, keep_shared, layout, overruled
 from zoo.measurements.table import chunks, column_names
 
 BadRows = Literal["error", "skip"]
@@ -100,8 +100,8 @@ def _record(one: Layout, reference: float, average_s: Average, gap_s: float | No
     for chunk in itertools.chain(head, stream):
         lowest, highest = min(lowest, chunk[:, -1].min()), max(highest, chunk[:, -1].max())
         recording.push(_with_error(chunk, one, reference))
-        if short and chunk[-1, 0] - head[0][0, 0] > LONGEST_S:
-            raise InputError(_too_long(one, chunk[-1, 0] - head[0][0, 0]))
+        if short:
+            check_length(one, chunk[-1, 0] - head[0][0, 0])
     if lowest == highest:
         raise InputError(f"{one.path}, column {one.output.column}: is {lowest:g} in all {recording.rows} rows; a gyro's output varies")
     recording.close()
@@ -192,6 +192,7 @@ def _run(name: str, one: Layout, recording: Recording, length: float | None) -> 
         lasts = f"its {recording.rows} rows span {recording.span_s:g} s"
         raise InputError(f"{one.path}: no block of {average:g} s has half of its rows ({lasts}); choose a shorter data.average_s")
     table = torch.from_numpy(fine.mean)
+    hot = [note for place, source in enumerate(one.inputs) for note in implausible(source, float(fine.mean[:, place].max()))]
     return Run(
         name=name,
         unit=one.unit,
@@ -202,7 +203,7 @@ def _run(name: str, one: Layout, recording: Recording, length: float | None) -> 
         count=torch.from_numpy(fine.count),
         block=torch.from_numpy(block),
         rows=recording.rows,
-        notes=(*recording.notes, *_notes(recording, average, length, thin), *forgetting, *_implausible(recording, one, fine.mean)),
+        notes=(*recording.notes, *_notes(recording, average, length, thin), *forgetting, *hot),
         recorded=one.sources,
     )
 
@@ -221,19 +222,27 @@ def _without(block: np.ndarray, lost: np.ndarray) -> tuple[np.ndarray, list[str]
     return numbered, [f"{len(gone)} block(s) are not judged: {unknown} in which it did not go straight on, and an hour after it that matters"]
 
 
-def _too_long(one: Layout, span_s: float) -> str:
-    time = one.inputs[0]
-    named = f"column {time.column} is taken as {units.UNITS[time.given].symbol}, and the run would last {span_s / 86400.0:.0f} days or longer"
-    return f"{one.path}: {named}; say data.time_unit=ms, us, min or h if it is another unit, and data.time_unit={time.given} if it is true"
+def check_length(one: Layout, span_s: float) -> None:
+    """Refuse a file whose time is hardly in the unit that it is taken for.
+
+    Args:
+        one: the file's columns.
+        span_s: how long it lasts, so taken.
+
+    Raises:
+        InputError: longer than any run.
+    """
+    if span_s > LONGEST_S:
+        time = one.inputs[0]
+        named = f"column {time.column} is taken as {units.UNITS[time.given].symbol}, and the run would last {span_s / 86400.0:.0f} days or longer"
+        instead = f"say data.time_unit=ms, us, min or h if it is another unit, and data.time_unit={time.given} if it is true"
+        raise InputError(f"{one.path}: {named}; {instead}")
 
 
-def _implausible(recording: Recording, one: Layout, table: np.ndarray) -> list[str]:
-    """What looks like another unit than the one that is expected, one sentence each."""
-    notes = []
-    for place, source in enumerate(one.inputs):
-        if source.name.startswith("temperature_") and (hottest := float(table[:, place].max())) > HOTTEST_C:
-            notes.append(f"{source.column} reaches {hottest:.0f}; it is taken as °C (from a name that ends in _k or _f it would be converted)")
-    return notes
+def implausible(source: Source, hottest: float) -> list[str]:
+    """A sentence where a thermometer's highest value [°C] looks like another unit."""
+    taken = "it is taken as °C (from a name that ends in _k or _f it would be converted)"
+    return [f"{source.column} reaches {hottest:.0f}; {taken}"] if source.name.startswith("temperature_") and hottest > HOTTEST_C else []
 
 
 def _notes(recording: Recording, average: float, length: float | None, thin: int) -> list[str]:

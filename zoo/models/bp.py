@@ -1,13 +1,13 @@
 """The back-propagation network of the compensation papers: one hidden layer of tanh nodes."""
 
-from typing import ClassVar
+from typing import Any, ClassVar
 
 from torch import Tensor, cat, float64, nn, ones_like, sigmoid
 
 from zoo.given import check_number
 from zoo.models.base import FeatureModel
 from zoo.models.features import Features
-from zoo.models.scaler import Scaler
+from zoo.models.scaler import Scaler, neurons
 from zoo.physics.differentiator import SMOOTHING_S
 
 
@@ -47,3 +47,18 @@ class BP(FeatureModel):
     def standardise(self, features: Tensor, error: Tensor) -> None:
         """See `FeatureModel.standardise`."""
         self.scaler.fit(features, error)
+
+    def formula(self) -> dict[str, Any]:
+        """The network with both scalings in its weights.
+
+        Returns:
+            ``{"equation": …, "constant": c, "neurons": [{"weight": v, "bias": b, "inputs": {feature: w}}, …]}`` [output's unit; 1; 1 per feature's
+            unit].
+        """
+        inputs, biases = self.scaler.folded(self.hidden.weight, self.hidden.bias)
+        weights = self.scaler.error_scale * self.output.weight[0]
+        return {
+            "equation": "constant + Σ_j weight_j·tanh(bias_j + Σ_i inputs_ji·feature_i)",
+            "constant": float(self.scaler.restore(self.output.bias.detach()[0])),
+            "neurons": neurons(self.extract.names, weights, biases, inputs),
+        }

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -12,7 +13,7 @@ import torch
 from zoo import units
 from zoo.errors import InputError, WorkError
 from zoo.measurements.append import append_columns
-from zoo.measurements.read import median_step
+from zoo.measurements.read import check_length, implausible, median_step
 from zoo.measurements.recording import GAP_STEPS, Average, Recording, auto_length, block_means
 from zoo.measurements.run import OUTPUT
 from zoo.measurements.schema import Layout, Source, overruled
@@ -110,7 +111,9 @@ def _check_unit(one: Layout, unit: str) -> None:
 class Compensation:
     """One file on its way through a model."""
 
-    def __init__(self, compensator: Compensator, one: Layout, reference: float, average_s: Average, gap_s: float | None, skip: bool = False) -> None:
+    def __init__(
+        self, compensator: Compensator, one: Layout, reference: float, average_s: Average, gap_s: float | None, skip: bool = False, short: bool = True
+    ) -> None:
         """Prepare.
 
         Args:
@@ -120,6 +123,7 @@ class Compensation:
             average_s: length of the blocks by which the result is judged [s].
             gap_s: longest time between rows that is no gap [s]; None for five median steps.
             skip: whether rows whose time is missing or does not increase get empty cells; else they are an error.
+            short: whether a file that would last longer than any run is refused, as its time is hardly in the unit that it is taken for.
 
         Raises:
             InputError: see `columns_needed`.
@@ -128,6 +132,7 @@ class Compensation:
         self._with, self._one = compensator, one
         self._sources = columns_needed(compensator, one)
         self._reference, self._average_s, self._gap_s, self._skip = reference, average_s, gap_s, skip
+        self._short, self._begin, self._hottest = short, math.inf, [-math.inf] * len(self._sources)
         self._stream = Stream(compensator.model)
         self._recording: Recording | None = None
 
@@ -153,11 +158,13 @@ class Compensation:
         if self.tally.unpredicted == self.tally.rows:
             target.unlink()
             raise InputError(f"{self._one.path}: {', '.join(self._with.used)}: no row has a number in each; there is nothing to predict from")
+        self.tally.notes += [note for one, hottest in zip(self._sources, self._hottest, strict=True) for note in implausible(one, hottest)]
         self._close()
         return self.tally
 
     def _added(self, numbers: np.ndarray) -> np.ndarray:
         """(M, C) rows -> (M, 2) prediction and what is left [output's unit]."""
+        self._doubt(numbers)
         table, truth, output = self._raw(numbers)
         used = [place for place, name in enumerate(self._with.model.inputs) if name in self._with.used]
         finite = np.isfinite(table[:, [0, *used]])  # the time always: models that ask for no column may go by it
@@ -173,6 +180,14 @@ class Compensation:
         self._count_outside(x)
         self._push(numbers, output - truth, predicted)
         return np.stack([predicted, output - predicted], axis=1)
+
+    def _doubt(self, numbers: np.ndarray) -> None:
+        """Looks whether the file is in other units than it is taken for."""
+        lowest, highest = (extreme(np.where(np.isfinite(numbers), numbers, end), axis=0) for extreme, end in ((np.min, np.inf), (np.max, -np.inf)))
+        self._begin = min(self._begin, lowest[0])
+        if self._short:
+            check_length(self._one, highest[0] - self._begin)
+        self._hottest = [max(pair) for pair in zip(self._hottest, highest.tolist(), strict=True)]
 
     def _raw(self, numbers: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """(M, C) the model's raw columns, 0 where it does not use them, and (M,) true input and output [output's unit]."""

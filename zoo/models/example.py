@@ -28,7 +28,7 @@ def example(inputs: Sequence[str], ranges: Ranges) -> Tensor:
     """
     place = torch.linspace(0, 1, SAMPLES, dtype=torch.float64)
     place = place + 0.3 / SAMPLES * torch.sin(7.0 * math.pi * SAMPLES / 9.0 * place)
-    columns = [SPAN_S * place]
+    columns = [ranges.get(inputs[0], (0.0, 0.0))[0] + SPAN_S * place]
     for count, name in enumerate(inputs[1:]):
         low, high = ranges.get(name, UNKNOWN)
         columns.append(low + (high - low) * (0.5 - 0.5 * torch.cos(2 * math.pi * (SWINGS + 0.37 * count) * place + 0.5 * count)))

@@ -1,6 +1,7 @@
 """Raw columns -> named physical features: the part of a network that remembers, so that its head need not."""
 
 import re
+from typing import Any
 
 import torch
 from torch import Tensor, nn
@@ -14,6 +15,17 @@ from zoo.physics.recurrence import affine
 
 RATE = "_rate"
 POSSIBLE = "possible: temperature_rate, temperature_NAME_rate, and lags of so many seconds, temperature_lag600, temperature_NAME_lag600"
+
+_LAG = "h = time − time of the row before; a = exp(−h/tau), m = (1 − a)·tau/h, b = (u − u_before)/h; "
+_START = "the first row: x = u"
+RECURRENCES = {
+    "lag": f"{_LAG}x ← a·x + (m − a)·u_before + (1 − m)·u; {_START}; the feature is x",
+    "rate": (
+        f"{_LAG}r ← a·r + (1 − a)·b − a·h/tau²·(x − u_before + b·tau) with x of the row before; "
+        f"then x ← a·x + (m − a)·u_before + (1 − m)·u; {_START}, r = 0; the feature is 60·r [K/min]"
+    ),
+}
+"""How a column u becomes a feature, row by row; the same as in `zoo.export.feature_stream`, in words that a metadata file can hold."""
 
 
 class Features(nn.Module):
@@ -49,6 +61,14 @@ class Features(nn.Module):
         self.column = [self.inputs.index(source) for source, _, _ in recipes]
         self.kind = [kind for _, kind, _ in recipes]
         self.time_constant_s = [seconds for _, _, seconds in recipes]
+
+    def definitions(self) -> dict[str, dict[str, Any]]:
+        """What each feature is, as JSON takes it: its raw column, and how it is computed row by row."""
+        made = zip(self.names, self.column, self.kind, self.time_constant_s, strict=True)
+        return {
+            name: {"column": self.inputs[column], "kind": kind} | ({"tau_s": seconds, "recurrence": RECURRENCES[kind]} if seconds else {})
+            for name, column, kind, seconds in made
+        }
 
     def forward(self, x: Tensor) -> Tensor:
         """Compute the features.

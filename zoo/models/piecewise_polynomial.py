@@ -155,13 +155,14 @@ class PiecewisePolynomial(FeatureModel):
         """The polynomial of each segment, lowest first, and from where to where it holds; None where it has no end.
 
         Returns:
-            ``{"segments": [{"temperature": [from, to], "coefficients": {"1": …, "temperature": …, "temperature^2": …, "temperature_rate": …}}, …]}``
+            ``{"equation": …, "segments": [{"temperature": [from, to], "coefficients": {"1": …, "temperature": …, "temperature^2": …, …}}, …]}``
             [unit of the feature; output's unit per unit of the feature to its power].
         """
         bounds = [None, *self.edges.tolist(), None]
         first = self.extract.names[0]
         return {
-            "segments": [{first: list(ends), "coefficients": self._coefficients(segment)} for segment, ends in enumerate(itertools.pairwise(bounds))]
+            "equation": f"sum of coefficient × feature^power of the segment that {first} is in, the constant under 1",
+            "segments": [{first: list(ends), "coefficients": self._coefficients(segment)} for segment, ends in enumerate(itertools.pairwise(bounds))],
         }
 
     def _coefficients(self, segment: int) -> dict[str, float]:

@@ -52,7 +52,7 @@ class Polynomial(FeatureModel):
         self.scaler.fit(features, error)
 
     def formula(self) -> dict[str, Any]:
-        """``{"coefficients": {"1": k1, "temperature": k2, "temperature_rate": k3, …}}``, powers as ``temperature^2``.
+        """``{"equation": …, "coefficients": {"1": k1, "temperature": k2, "temperature_rate": k3, …}}``, powers as ``temperature^2``.
 
         [output's unit per unit of the feature to its power].
         """
@@ -63,4 +63,4 @@ class Polynomial(FeatureModel):
             part = expanded(name, weights[:order], m, s)
             weights = weights[order:]
             found = found | part | {"1": found["1"] + part["1"]}
-        return {"coefficients": found}
+        return {"equation": "sum of coefficient × feature^power, the constant under 1", "coefficients": found}

@@ -10,7 +10,9 @@ from torch import Tensor
 
 from zoo.errors import InputError
 from zoo.measurements.run import Run
-from zoo.models.base import Model
+from zoo.models.base import FeatureModel, Model
+from zoo.models.features import Features
+from zoo.models.prediction import block_features
 
 Ranges = Mapping[str, tuple[float, float]]
 """Smallest and largest value by raw column, in the column's unit."""
@@ -22,7 +24,7 @@ ROOM = 0.02
 
 
 def fitted_ranges(model: Model, runs: Sequence[Run]) -> dict[str, tuple[float, float]]:
-    """Range of each raw column of a model over the blocks that it was fitted to; the time is none of them, as a clock may start anywhere.
+    """Range of each raw column of a model over the blocks that it was fitted to; not of the time, as a clock may start anywhere, but for its feature.
 
     Args:
         model: whose `inputs` are asked for.
@@ -30,10 +32,9 @@ def fitted_ranges(model: Model, runs: Sequence[Run]) -> dict[str, tuple[float, f
     """
     found = {}
     for name in model.inputs:
-        if name == TIME:
-            continue
-        value = torch.cat([run.column(name)[run.block >= 0] for run in runs])
-        found[name] = float(value.min()), float(value.max())
+        if name != TIME or any(TIME in part.names for part in model.modules() if isinstance(part, Features)):
+            value = torch.cat([run.column(name)[run.block >= 0] for run in runs])
+            found[name] = float(value.min()), float(value.max())
     return found
 
 
@@ -53,20 +54,31 @@ def outside(x: Tensor, inputs: Sequence[str], ranges: Ranges) -> Tensor:
 
 
 def beyond(model: Model, fitted: Sequence[Run], others: Sequence[Run]) -> dict[str, dict[str, object]]:
-    """How far other runs go beyond what a model was fitted to, by raw column, where they do in more than 1 % of their rows.
+    """How far other runs go beyond what a model was fitted to, by raw column and by feature, where they do in more than 1 % of their rows.
 
     Args:
         model: whose `inputs` are asked for.
         fitted: the runs that it was fitted to.
         others: runs that are only predicted.
     """
-    ranges = fitted_ranges(model, fitted)
     found: dict[str, dict[str, object]] = {}
-    for name, (low, high) in fitted_ranges(model, others).items() if others else ():
-        value = torch.cat([run.column(name)[run.block >= 0] for run in others])
-        share = float(outside(value.unsqueeze(1), [name], ranges).double().mean())
+    known = _values(model, fitted)
+    for name, values in _values(model, others).items() if others else ():
+        ranges = {name: (float(known[name].min()), float(known[name].max()))}
+        share = float(outside(values.unsqueeze(1), [name], ranges).double().mean())
         if share > SELDOM:
-            found[name] = {"fitted": list(ranges[name]), "reached": [low, high], "share": share}
+            found[name] = {"fitted": list(ranges[name]), "reached": [float(values.min()), float(values.max())], "share": share}
+    return found
+
+
+def _values(model: Model, runs: Sequence[Run]) -> dict[str, Tensor]:
+    """The raw columns that have a range, and block means of the rates and lags that a table of features has."""
+    found = {name: torch.cat([run.column(name)[run.block >= 0] for run in runs]) for name in fitted_ranges(model, runs)}
+    extract = getattr(model, "extract", None)
+    if isinstance(model, FeatureModel) and isinstance(extract, Features):
+        with torch.no_grad():
+            table = torch.cat([block_features(model, run) for run in runs])
+        found |= {name: column for name, kind, column in zip(extract.names, extract.kind, table.T, strict=True) if kind != "column"}
     return found
 
 

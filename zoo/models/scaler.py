@@ -1,5 +1,7 @@
 """Standardisation of features and error, kept in buffers so that it travels with the model."""
 
+from typing import Any
+
 import torch
 from torch import Tensor, nn
 
@@ -45,6 +47,19 @@ class Scaler(nn.Module):
     def restore(self, value: Tensor) -> Tensor:
         """(...) standardised error -> [output's unit]."""
         return self.error_centre + self.error_scale * value
+
+    def folded(self, weight: Tensor, bias: Tensor) -> tuple[Tensor, Tensor]:
+        """What (H, F) weights and (H,) biases of standardised features are of features in their units."""
+        own = weight.detach() / self.scale
+        return own, bias.detach() - own @ self.centre
+
+
+def neurons(names: list[str], weights: Tensor, biases: Tensor, inputs: Tensor) -> list[dict[str, Any]]:
+    """H neurons as JSON takes them: what each counts in the output (H,), its bias (H,), and its weight of each feature (H, F) by name."""
+    return [
+        {"weight": weight, "bias": bias, "inputs": dict(zip(names, row, strict=True))}
+        for weight, bias, row in zip(weights.tolist(), biases.tolist(), inputs.tolist(), strict=True)
+    ]
 
 
 def spread(value: Tensor) -> Tensor:

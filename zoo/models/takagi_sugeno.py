@@ -107,8 +107,8 @@ class TakagiSugeno(FeatureModel):
         """The rules.
 
         Returns:
-            ``{"rules": [{"centre": {feature: c}, "width": {feature: σ}, "consequent": {"1": a_0, feature: a}}, …]}`` [feature's unit; output's unit
-            per feature's unit].
+            ``{"equation": …, "rules": [{"centre": {feature: c}, "width": {feature: σ}, "consequent": {"1": a_0, feature: a}}, …]}`` [feature's
+            unit; output's unit per feature's unit].
         """
         names, scaler = self.extract.names, self.scaler
         slopes = scaler.error_scale * self.consequent[:, 1:] / scaler.scale
@@ -122,4 +122,5 @@ class TakagiSugeno(FeatureModel):
             }
             for centre, width, constant, slope in zip(centres, widths, constants.tolist(), slopes, strict=True)
         ]
-        return {"rules": rules}
+        equation = "Σ_j μ_j·(consequent_j of the features) / Σ_j μ_j,  μ_j = Π_i exp(−(feature_i − centre_ji)²/(2·width_ji²))"
+        return {"equation": equation, "rules": rules}

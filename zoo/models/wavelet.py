@@ -1,7 +1,7 @@
 """The wavelet network of hui2016: one hidden layer of Morlet wavelets, each with a place and a width."""
 
 import math
-from typing import ClassVar
+from typing import Any, ClassVar
 
 import torch
 from torch import Generator, Tensor, cos, exp, float64, nn
@@ -9,7 +9,7 @@ from torch import Generator, Tensor, cos, exp, float64, nn
 from zoo.given import check_number, check_switch
 from zoo.models.base import FeatureModel
 from zoo.models.features import Features
-from zoo.models.scaler import Scaler
+from zoo.models.scaler import Scaler, neurons
 from zoo.physics.differentiator import SMOOTHING_S
 
 FREQUENCY = 1.75
@@ -105,3 +105,23 @@ class Wavelet(FeatureModel):
     def standardise(self, features: Tensor, error: Tensor) -> None:
         """See `FeatureModel.standardise`."""
         self.scaler.fit(features, error)
+
+    def formula(self) -> dict[str, Any]:
+        """The network with both scalings, translations and dilations in its weights.
+
+        Returns:
+            ``{"equation": …, "constant": c, "linear": {feature: l}, "neurons": [{"weight": v, "bias": b, "inputs": {feature: w}}, …]}`` [output's
+            unit; output's unit per feature's unit; 1; 1 per feature's unit].
+        """
+        hidden, scaler = self.hidden, self.scaler
+        inputs, biases = scaler.folded(hidden.weight / hidden.dilation().unsqueeze(-1), -hidden.translation / hidden.dilation())
+        slopes, constant = torch.zeros_like(scaler.centre), torch.zeros_like(scaler.error_centre)
+        if self.linear is not None:
+            rows, constants = scaler.folded(self.linear.weight, self.linear.bias)
+            slopes, constant = scaler.error_scale * rows[0], constants[0]
+        return {
+            "equation": f"constant + Σ_i linear_i·feature_i + Σ_j weight_j·cos({FREQUENCY}·u_j)·exp(−u_j²/2), u_j = bias_j + Σ_i inputs_ji·feature_i",
+            "constant": float(scaler.restore(constant)),
+            "linear": dict(zip(self.extract.names, slopes.tolist(), strict=True)),
+            "neurons": neurons(self.extract.names, scaler.error_scale * self.output.weight[0], biases, inputs),
+        }
