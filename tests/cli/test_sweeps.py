@@ -139,11 +139,11 @@ def test_failures_that_nobody_foresaw_leave_a_trace_in_the_note_only(monkeypatch
     assert "the same command" in message
 
 
-def metrics(values: list[float], check: list[float] | None, seconds: float) -> dict:
+def metrics(values: list[float], check: list[float] | None, seconds: float, seed: int = 1) -> dict:
     """Of a training alone, or of an ensemble where there are several values."""
-    members = {"rms": values, "rms_check": check, "rms_quantiles": {"median": float(np.median(values))}}
+    members = {"seeds": [*range(seed, seed + len(values))], "rms": values, "rms_check": check, "rms_quantiles": {"median": float(np.median(values))}}
     members |= {"rms_check_quantiles": None if check is None else {"median": float(np.median(check))}}
-    best = {"rms": min(values), "rms_check": None if check is None else check[0], "wall_time_s": seconds, "unit": "dph"}
+    best = {"rms": min(values), "rms_check": None if check is None else check[0], "wall_time_s": seconds, "unit": "dph", "seed": seed}
     return best | ({"members": members} if len(values) > 1 else {})
 
 
@@ -152,7 +152,7 @@ def test_a_start_that_a_closed_form_has_no_use_for_is_not_compared() -> None:
     assert [(row["model"], row["init"], row["n"]) for row in sorted(rows(), key=lambda row: (row["model"], row["init"]))] == [
         ("bp", "pso", "1"),
         ("bp", "random", "1"),
-        ("polynomial", "–", "2"),
+        ("polynomial", "–", "1"),
     ]
     assert application.run("compare", ["runs=[sweep]", "data.files=[b.csv]", "hydra.run.dir=compared"]) == 0
     compared = json.loads(Path("compared/comparison.json").read_text())
@@ -161,8 +161,8 @@ def test_a_start_that_a_closed_form_has_no_use_for_is_not_compared() -> None:
 
 def test_the_table_has_quantiles_over_all_seeds_of_equal_settings() -> None:
     values = np.random.default_rng(3).uniform(1, 2, (2, 40))
-    alone_ = [({"model": "bp"}, metrics([a], [b], 2.0)) for a, b in values[:, :20].T]
-    ensemble = ({"model": "bp"}, metrics(list(values[0, 20:]), list(values[1, 20:]), 5.0))
+    alone_ = [({"model": "bp"}, metrics([a], [b], 2.0, seed)) for seed, (a, b) in enumerate(values[:, :20].T)]
+    ensemble = ({"model": "bp"}, metrics(list(values[0, 20:]), list(values[1, 20:]), 5.0, seed=20))
     better = ({"model": "wavelet"}, metrics([3.0], [0.5], 7.0))
     table = sweep_table(*zip(*[*alone_, ensemble, better], strict=True))
     assert list(table["model"]) == ["wavelet", "bp"], "by the check runs"
@@ -171,6 +171,21 @@ def test_the_table_has_quantiles_over_all_seeds_of_equal_settings() -> None:
         low, middle, high = np.quantile(row, [0.05, 0.5, 0.95])
         assert (table[f"{key}_low"][1], table[f"{key}_median"][1], table[f"{key}_high"][1]) == pytest.approx((low, middle, high))
     assert table["wall_time_s"][1] == 2.0
+
+
+def test_a_seed_that_two_ensembles_have_counts_once() -> None:
+    some, others = metrics([1.0, 2.0, 3.0], None, 1.0, seed=1), metrics([2.0, 3.0, 4.0, 5.0], None, 1.0, seed=2)
+    table = sweep_table([{"model": "bp"}] * 2, [some, others])
+    assert list(table["n"]) == [5]
+    assert list(table["rms_median"]) == [3.0]
+
+
+def test_ensembles_that_share_seeds_are_one_method_with_each_seed_once(capsys) -> None:
+    assert train("model=bp", "init=random", "seed=1,2", "seeds=3", "epochs=20") == 0
+    assert [row["n"] for row in rows()] == ["4"]
+    assert application.run("compare", ["runs=[sweep]", "data.files=[b.csv]", "hydra.run.dir=compared"]) == 0
+    methods = json.loads(Path("compared/comparison.json").read_text())["methods"]
+    assert [(one["name"], one["seeds"]) for one in methods] == [("bp", [1, 2, 3, 4])]
 
 
 def test_without_check_runs_the_table_goes_by_the_fit() -> None:

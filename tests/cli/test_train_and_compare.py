@@ -207,10 +207,11 @@ def test_check_runs_beyond_what_was_fitted_and_models_that_are_worse_than_none_a
     files = [f"data.files=[{recordings / 'check.csv'}]", f"data.check_files=[{recordings / 'a.csv'}]", "data.average_s=100"]
     assert run("train", ["model=polynomial", "model.order=6", *files, f"hydra.run.dir={tmp_path / 'farther'}"]) == 0
     told = " ".join(capsys.readouterr().err.split())
-    assert "temperature_c is 20.0 … 60.0 there, 20.0 … 40.0 in the fitted runs; there the model extrapolates" in told
+    assert "temperature_c is 20.0 … 60.0 there, 20.0 … 40.0 in the fitted runs; temperature_rate is " in told
+    assert "; there the model extrapolates" in told
     assert "on the check runs the model leaves" in told, "a power of six at twice the range"
     found = json.loads((tmp_path / "farther" / "metrics.json").read_text())["beyond"]
-    assert list(found) == ["temperature_c"]
+    assert list(found) == ["temperature_c", "temperature_rate"]
     assert 0.48 < found["temperature_c"]["share"] < 0.5, "above 40 °C from 1.5 to 3.5 h of 4"
 
     assert train(recordings, tmp_path / "wild", "model=bp", "epochs=20", "optimizer.lr=1e3") == 0

@@ -16,7 +16,7 @@ from zoo.catalog import MODEL_FILE, load_members, load_ranges
 from zoo.cli.given_predictions import file_of
 from zoo.cli.outcomes import FAILED
 from zoo.cli.saved_models import RESULTS, command_config, distinct_names, load_saved, model_folders, read_yaml, tops, was_made
-from zoo.errors import InputError, in_brief
+from zoo.errors import InputError, causes, in_brief
 from zoo.export.exported import load_exported
 from zoo.export.files import SCRIPT
 from zoo.export.narrowed import narrowed
@@ -76,7 +76,7 @@ def find_entrants(runs: Sequence[str]) -> tuple[list[Entrant], list[str]]:
         try:
             found += [] if unfinished else _loaded(folder, scripted)
         except Exception as error:  # whatever a half-written file makes of torch and yaml: the other jobs of a sweep count all the same
-            if len(folders) == 1 or isinstance(error, ModuleNotFoundError):
+            if len(folders) == 1 or any(isinstance(cause, ImportError) for cause in causes(error)):
                 raise InputError(f"runs: {folder}: cannot be loaded: {in_brief(error)}") from error
             unfinished = True
         skipped += [str(folder)] if unfinished else []
@@ -86,10 +86,14 @@ def find_entrants(runs: Sequence[str]) -> tuple[list[Entrant], list[str]]:
 
 
 def _training(one: Entrant) -> tuple[Any, ...]:
-    """What tells trainings of a sweep apart: those of different starts that their fit had no use for are one."""
-    if one.facts.get("init") is not None or not one.settings or "seed" not in one.facts:
+    """What tells trainings of a sweep apart.
+
+    Those of different starts that their fit had no use for are one, and so is a seed that several ensembles have.
+    """
+    if not one.settings or "seed" not in one.facts:
         return (id(one),)
-    return one.folder.parent, one.kind, *(one.facts.get(key) for key in ("optimizer", "seed", "rms")), *sorted(one.settings.items())
+    rms = f"{one.facts['rms']:.4g}" if one.facts.get("rms") is not None else None  # ensembles of other sizes round otherwise
+    return one.folder.parent, one.kind, rms, *(one.facts.get(key) for key in ("init", "optimizer", "seed")), *sorted(one.settings.items())
 
 
 def _loaded(folder: Path, scripted: bool) -> list[Entrant]:
@@ -102,7 +106,10 @@ def _loaded(folder: Path, scripted: bool) -> list[Entrant]:
     if not (folder / MEMBERS).is_file():
         return [Entrant(saved.kind, saved.kind, folder, saved.facts, settings, _predictor(saved.module, folder))]
     members = ((seed, cast(Model, module)) for seed, module in load_members(folder))
-    return [Entrant(saved.kind, saved.kind, folder, saved.facts | {"seed": seed}, settings, _predictor(module, folder)) for seed, module in members]
+    told = saved.facts.get("members") or {}
+    rms = dict(zip(told.get("seeds") or [], told.get("rms") or [], strict=False))
+    own = ((saved.facts | {"seed": seed, "rms": rms.get(seed)}, module) for seed, module in members)
+    return [Entrant(saved.kind, saved.kind, folder, facts, settings, _predictor(module, folder)) for facts, module in own]
 
 
 def _facts(metadata: dict[str, Any]) -> dict[str, Any]:

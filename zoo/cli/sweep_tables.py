@@ -81,17 +81,17 @@ def _of_use(settings: Mapping[str, str], metrics: Mapping[str, Any], keys: Seque
 
 def _row(key: dict[str, str], metrics: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
     unit = key.pop("unit")
-    found: dict[str, Any] = {"n": sum(len(_each(one, "rms")) for one in metrics)}
+    found: dict[str, Any] = {"n": len({seed for one in metrics for seed in _each(one, "rms")})}
     for name in USES:
-        values = pd.Series([value for one in metrics for value in _each(one, name)], dtype=float)
+        values = pd.Series({seed: value for one in metrics for seed, value in _each(one, name).items()}, dtype=float)
         found |= {f"{name}_{what}": values.quantile(share) for what, share in SHARES.items()} if len(values) else {}
     return key | found | {"wall_time_s": pd.Series([one["wall_time_s"] for one in metrics]).median(), "unit": unit}
 
 
-def _each(metrics: Mapping[str, Any], key: str) -> list[float]:
-    """The RMS of each training of a job."""
-    values = metrics["members"][key] if metrics.get("members") else [metrics[key]]
-    return [value for value in values or [] if value is not None]
+def _each(metrics: Mapping[str, Any], key: str) -> dict[int, float]:
+    """The RMS of each training of a job by its seed, of which several ensembles may have had the same."""
+    members = metrics.get("members") or {"seeds": [metrics["seed"]], key: [metrics[key]]}
+    return {seed: value for seed, value in zip(members["seeds"], members[key] or [], strict=False) if value is not None}
 
 
 def _print(table: pd.DataFrame, title: str) -> None:

@@ -52,8 +52,22 @@ def _check_columns(effect: Effect) -> None:
     _check_same(effect, _tried(effect, first, shapes), alone[:2])
     if effect.place == "coil":
         _check_same(effect, _tried(effect, both, shapes), alone[::2])
+    _check_past(effect, first, shapes[0], alone[0])
     if effect.runs_together:
         _check_together(effect, [first, replace(second, run=2, inputs={name: value.flip(0) for name, value in first.inputs.items()})], shapes)
+
+
+def _check_past(effect: Effect, history: History, shape: Tensor, whole: Tensor) -> None:
+    """What comes after a row must not change its columns: in flight nobody knows it."""
+    half = SAMPLES // 2
+
+    def other(value: Tensor) -> Tensor:
+        return torch.cat([value[..., :half], 1.0 + 1.1 * value[..., half:].flip(-1)], dim=-1)
+
+    changed = {name: other(getattr(history, name)) for name in OF_PLACE}
+    found = _tried(effect, replace(history, inputs={name: other(value) for name, value in history.inputs.items()}, **changed), shape)
+    if float((found - whole)[:half].abs().max()) > SAME * float(whole.abs().max()):
+        raise InputError(f"{type(effect).__name__}.columns looks into the future: a row's columns change with what comes after it")
 
 
 def _check_together(effect: Effect, runs: list[History], shapes: Tensor) -> None:
@@ -87,6 +101,8 @@ def _tried(effect: Effect, history: History, shape: Tensor) -> Tensor:
     own = f"{type(effect).__name__}.columns"
     try:
         columns = effect.columns(history, shape)
+    except NotImplementedError as error:
+        raise InputError(f"{own} is to be written: (..., T, K) columns, one for each of the amplitudes") from error
     except Exception as error:
         why = f"; recorded columns are declared, needs = ({error},)" if isinstance(error, KeyError) else f"; {BATCHES}" if shape.dim() > 1 else ""
         raise InputError(f"{own} fails with {in_brief(error)}{why}") from error
@@ -97,7 +113,8 @@ def _tried(effect: Effect, history: History, shape: Tensor) -> Tensor:
     if columns.dtype != torch.float64:
         raise InputError(f"{own} returns {columns.dtype}; torch.float64 is needed")
     if not bool(torch.isfinite(columns).all()):
-        where = ", ".join(f"{one.name} {value:g}" for one, value in zip(effect.shape, shape.reshape(-1, shape.shape[-1])[0].tolist(), strict=True))
+        first = shape.reshape(-1, len(effect.shape))[0].tolist() if effect.shape else []
+        where = ", ".join(f"{one.name} {value:g}" for one, value in zip(effect.shape, first, strict=True))
         raise InputError(f"{own} has NaN or infinite values{where and f', at {where}'}; finite ones are needed everywhere between the bounds")
     return columns
 

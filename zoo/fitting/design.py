@@ -10,6 +10,7 @@ from torch import Tensor
 
 from zoo.effects.base import Effect, History, spread
 from zoo.effects.bounds import to_physical, to_unit
+from zoo.errors import WorkError, in_brief
 from zoo.fitting.prior import Prior
 from zoo.fitting.projection import project
 from zoo.fitting.stack import Stack, stacked
@@ -139,11 +140,23 @@ class Design:
 
 
 def _columns(effect: Effect, shapes: Tensor, history: History) -> Tensor:
-    return spread(effect.columns(history, shapes), shapes)
+    return _made(effect, lambda: effect.columns(history, shapes), shapes, history)
 
 
 def _distinct(effect: Effect, shapes: Tensor, tried: Tensor, history: History) -> Tensor:
-    return spread(effect.distinct_columns(history, shapes, tried), shapes)
+    return _made(effect, lambda: effect.distinct_columns(history, shapes, tried), shapes, history)
+
+
+def _made(effect: Effect, make: Callable[[], Tensor], shapes: Tensor, history: History) -> Tensor:
+    """Columns, or whose they are that fail on these runs, if not on those that an effect from outside is tried on."""
+    own = f"effect '{effect.name}': {type(effect).__name__}.columns"
+    try:
+        columns = spread(make(), shapes)
+    except Exception as error:
+        raise WorkError(f"{own} fails on these runs: {in_brief(error)}") from error
+    if columns.shape[-2] != len(history.time):
+        raise WorkError(f"{own} returns {columns.shape[-2]} rows for {len(history.time)} samples")
+    return columns
 
 
 def _joined(parts: list[Tensor], along: int) -> Tensor:

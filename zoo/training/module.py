@@ -114,7 +114,8 @@ class Training(LightningModule):
             if self.logger:
                 self.logger.log_metrics({"loss/fit": float(self.latest.nanmedian())}, step)
             if not bool(self.latest.isfinite().any()):
-                raise WorkError(f"training diverged: the loss is {float(self.latest.max())} after {step} steps; try a smaller optimizer.lr")
+                where = f"after {step} steps; try a smaller optimizer.lr" if step > 1 else "from the first weights on, before any step"
+                raise WorkError(f"training diverged: the loss is {float(self.latest.max())} {where}")
         if isinstance(self.model, Ensemble):
             self.trainer.should_stop |= bool(self.model.done.all())
         elif self.goal is not None and float(self.latest) < self.goal:

@@ -23,6 +23,7 @@ from zoo.errors import InputError
 from zoo.given import LARGEST_SEED, check_number
 from zoo.measurements.run import Run
 from zoo.models.base import FeatureModel, Model
+from zoo.models.checks import check_model, check_trainable
 from zoo.models.prediction import usable_device
 from zoo.training.checkpoints import save_fitted
 from zoo.training.fine_blocks import samples_of
@@ -217,10 +218,13 @@ def _check(model: Model, runs: Sequence[Run], optimizer: MakeOptimizer | Fitter 
     if not runs:
         raise InputError("data.files: no run to train on")
     usable_device(device)
+    check_model(model)
     if not hasattr(optimizer, "fit") and not isinstance(model, FeatureModel):
-        raise InputError(f"{type(model).__name__} is no map of features and cannot be trained by gradient; leave optimizer=auto")
+        instead = "leave optimizer=auto" if hasattr(model, "fitted_by") else f"derive it from {FeatureModel.__module__}.FeatureModel"
+        raise InputError(f"{type(model).__name__} is no map of features and cannot be trained by gradient; {instead}")
     if not hasattr(optimizer, "fit"):
         weight_vector(model)  # raises where there are none
+        check_trainable(cast(FeatureModel, model))
         if not is_stepwise(optimizer):
             check_steps(cast(MakeOptimizer, optimizer), device)
 

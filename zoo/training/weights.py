@@ -63,7 +63,7 @@ def weight_vector(model: nn.Module) -> Tensor:
     """
     weights = [parameter.detach().flatten() for parameter in model.parameters()]
     if not weights:
-        raise InputError(f"{type(model).__name__} has no weights to train; leave optimizer=auto")
+        raise InputError(f"{type(model).__name__} has no weights to train{'; leave optimizer=auto' if hasattr(model, 'fitted_by') else ''}")
     return torch.cat(weights)
 
 

@@ -1,0 +1,93 @@
+"""A model from outside, tried once before it is trained: what is wrong with it would fail obscurely there, or not fail at all."""
+
+from __future__ import annotations
+
+import torch
+from torch import Tensor
+
+from zoo.errors import InputError, in_brief
+from zoo.models.base import FeatureModel, Model
+from zoo.models.example import example
+
+SAME = 1e-9
+"""Relative; a product over more rows may sum in another order."""
+BENDS = 1e-6
+"""Share by which two equal steps of weights may move a prediction otherwise where it is called linear in them."""
+
+
+def check_model(model: object) -> None:
+    """Refuse what is no model, or one that predicts something else than one number a row from that row and those before it.
+
+    Args:
+        model: what the YAML's class made.
+
+    Raises:
+        InputError: says what was found and what is needed.
+    """
+    own = type(model).__name__
+    if not isinstance(model, Model):
+        raise InputError(f"model: a {own} is no model; a class derived from zoo.models.base.Model is needed, named by _target_ in its YAML")
+    inputs = getattr(model, "inputs", None)
+    if not isinstance(inputs, list) or inputs[:1] != ["time_s"]:
+        raise InputError(f"{own}.inputs is {inputs}; a list of raw columns is needed, time_s first")
+    with torch.no_grad():
+        x = example(model.inputs, {})
+        whole = _predicted(model, x)
+        half = len(x) // 2
+        later = torch.cat([x[:half], torch.cat([x[half:, :1], 1.0 + 1.1 * x[half:, 1:].flip(0)], dim=1)])
+        apart = (_predicted(model, later)[:half] - whole[:half]).abs().nan_to_num().amax()
+        if float(apart) > SAME * float(whole.nan_to_num().abs().amax()):
+            raise InputError(f"{own} looks into the future: its predictions change with rows that come after them")
+        _check_linear(model, x)
+
+
+def check_trainable(model: FeatureModel) -> None:
+    """Refuse one whose prediction does not depend on its weights in a way that gradients see.
+
+    Args:
+        model: with weights.
+
+    Raises:
+        InputError: says what is needed.
+    """
+    with torch.enable_grad():
+        if not _predicted(model, example(model.inputs, {})[:50]).requires_grad:
+            raise InputError(f"{type(model).__name__}.head: no gradient reaches its weights; they must be nn.Parameters, and nothing detached")
+
+
+def _predicted(model: Model, x: Tensor) -> Tensor:
+    """(T,) prediction for (T, C) raw columns."""
+    own, wanted = type(model).__name__, f"one number a row, of shape ({len(x)},), torch.float64,"
+    try:
+        found = model(x)
+    except InputError:
+        raise
+    except NotImplementedError as error:
+        told = "features and head are to be written" if isinstance(model, FeatureModel) else "forward is to be written"
+        raise InputError(f"{own}: {told}") from error
+    except Exception as error:
+        raise InputError(
+            f"{own} fails with {in_brief(error)} on {len(x)} rows of {', '.join(model.inputs)}, torch.float64; weights as well?"
+        ) from error
+    if not isinstance(found, Tensor):
+        raise InputError(f"{own} returns a {type(found).__name__}; {wanted} is needed")
+    if found.shape != x.shape[:1] or found.dtype != torch.float64:
+        raise InputError(f"{own} returns shape {tuple(found.shape)}, {found.dtype}; {wanted} is needed")
+    return found
+
+
+def _check_linear(model: Model, x: Tensor) -> None:
+    """What `linear_in` names must be there, and two equal steps of it move the prediction by as much."""
+    named = getattr(model, "linear_in", ())
+    weights = dict(model.named_parameters())
+    absent = [name for name in named if name not in weights and getattr(model, name.partition(".")[0], "") is not None]  # a part may be left out
+    if absent:
+        raise InputError(f"{type(model).__name__}.linear_in: {', '.join(absent)}: no such parameter; there are {', '.join(weights)}")
+    moved = {name: torch.linspace(0.3, 0.7, weights[name].numel(), dtype=x.dtype).reshape(weights[name].shape) for name in named if name in weights}
+    if not moved:
+        return
+    none, once, twice = (
+        torch.func.functional_call(model, {name: weights[name] + steps * step for name, step in moved.items()}, (x,)) for steps in (0, 1, 2)
+    )
+    if float((twice - 2 * once + none).abs().nan_to_num().amax()) > BENDS * float((once - none).abs().nan_to_num().amax()):
+        raise InputError(f"{type(model).__name__}.linear_in: the prediction is not linear in {', '.join(moved)}")
