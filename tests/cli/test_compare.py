@@ -10,6 +10,7 @@ from pathlib import Path
 from unittest import mock
 
 import numpy as np
+import pandas as pd
 import pytest
 import torch
 
@@ -213,3 +214,47 @@ def test_wrong_input_is_named_in_a_line(recordings, sweep, tmp_path, capsys, set
     assert "Traceback" not in message
     for word in words:
         assert word in message
+
+
+def test_an_export_that_refuses_or_was_changed_is_told(recordings, sweep, tmp_path, capsys) -> None:
+    refusing = tmp_path / "refusing"
+    settings = [f"run={sweep / '3'}", "refuse_outside=true", "program=false", f"hydra.run.dir={refusing}"]
+    assert run("export", *settings) == 0
+    hot = pd.read_csv(recordings / "check.csv")
+    hot.assign(temperature_c=hot["temperature_c"] + 100).to_csv(tmp_path / "hot.csv", index=False)
+    asked = [f"runs=[{refusing}]", f"data.files=[{tmp_path / 'hot.csv'}]", f"hydra.run.dir={tmp_path / 'out'}"]
+    capsys.readouterr()
+    assert run("compare", *asked) == 2
+    assert "exported with refuse_outside=true, and hot goes beyond what it was trained on" in capsys.readouterr().err
+    shutil.copy(refusing / "metadata.json", tmp_path / "metadata.json")
+    assert run("export", f"run={sweep / '0'}", "program=false", f"hydra.run.dir={refusing}") == 0
+    shutil.copy(tmp_path / "metadata.json", refusing / "metadata.json")
+    capsys.readouterr()
+    assert run("compare", *asked) == 2
+    assert "model.ts is not the file that metadata.json tells of" in capsys.readouterr().err
+
+
+def test_what_compensate_left_empty_is_left_out_of_the_comparison_too(recordings, sweep, tmp_path, capsys) -> None:
+    frame = pd.read_csv(recordings / "check.csv")
+    frame.loc[200, "temperature_c"] = np.nan
+    frame.to_csv(tmp_path / "holes.csv", index=False)
+    files = [f"data.files=[{tmp_path / 'holes.csv'}]", "data.bad_rows=skip"]
+    assert run("compensate", f"run={sweep / '3'}", *files, f"hydra.run.dir={tmp_path / 'done'}") == 0
+    document = compare(tmp_path / "out", f"runs=[{sweep / '3'}]", f"predictions={{mine: {tmp_path / 'done' / 'holes.csv'}}}", *files)
+    assert document["rms"]["mine"] == pytest.approx(document["rms"]["bp"], rel=1e-6)
+    capsys.readouterr()
+    mine = [f"predictions={{mine: {tmp_path / 'done' / 'holes.csv'}}}", f"data.files=[{recordings / 'check.csv'}]"]
+    assert run("compare", *mine, f"hydra.run.dir={tmp_path / 'out'}") == 2
+    assert "row 202, column predicted_error_dph: the cell is empty" in capsys.readouterr().err
+
+
+def test_a_class_that_cannot_be_imported_is_what_is_told_of_its_models(recordings, sweep, tmp_path, capsys) -> None:
+    for job in ("one", "two"):
+        shutil.copytree(sweep / "3", tmp_path / "jobs" / job)
+        settings = tmp_path / "jobs" / job / "model.yaml"
+        settings.write_text(settings.read_text().replace("zoo.models.bp.BP", "elsewhere.models.Mine"))
+    capsys.readouterr()
+    assert run("compare", f"runs=[{tmp_path / 'jobs'}]", f"data.files=[{recordings / 'check.csv'}]", f"hydra.run.dir={tmp_path / 'out'}") == 2
+    told = capsys.readouterr().err
+    assert "there is no module 'elsewhere'; is its folder on PYTHONPATH?" in told
+    assert "no finished model" not in told

@@ -320,3 +320,22 @@ def test_a_time_that_pandas_keeps_as_a_range_is_read_and_kept(trained) -> None:
     back, plain = (pd.read_parquet(f"out/{file}.parquet") for file in ("numbered", "plain"))
     assert back.index.equals(numbered.index)
     assert np.array_equal(back["rate_dph_compensated"], plain["rate_dph_compensated"])
+
+
+def test_a_file_in_other_units_than_it_is_taken_for_is_told(trained, capsys) -> None:
+    frame = recording()
+    frame.assign(t=1000 * frame["time_s"], imu=frame["temperature_c"] + 273.15).drop(columns="time_s").to_csv("a.csv", index=False)
+    short = ["data.files=[a.csv]", "data.columns.time=t"]
+    frame.assign(t=1000 * frame["time_s"]).iloc[:, 1:].to_csv("long.csv", index=False)
+    assert compensate(trained["polynomial"], "data.files=[long.csv]", "data.columns.time=t") == 2
+    assert "column t is taken as s, and the run would last 166 days or longer" in capsys.readouterr().err
+    assert not Path("out/long.csv").exists()
+    assert compensate(trained["polynomial"], *short, "data.time_unit=ms", "data.columns.temperature=imu", "data.reference=0") == 0
+    told = " ".join(capsys.readouterr().out.split())
+    assert "imu reaches 333; it is taken as °C" in told
+    assert "× the RMS of no model at all; for this file it is of no use" in told
+    assert compensate(trained["polynomial"], *short, "data.time_unit=ms", "data.columns.temperature=imu", "data.temperature_unit=k") == 0
+    told = " ".join(capsys.readouterr().out.split())
+    assert "taken as °C" not in told
+    assert "no model at all" not in told
+    assert facts()[0]["after"]["rms"] < facts()[0]["before"]["rms"]

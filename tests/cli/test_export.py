@@ -131,3 +131,37 @@ def test_a_model_without_its_results_has_no_unit(trained, tmp_path, capsys) -> N
         (tmp_path / name).write_bytes((trained / name).read_bytes())
     assert run("export", [f"run={tmp_path}", f"hydra.run.dir={tmp_path / 'out'}"]) == 2
     assert "which says the unit" in capsys.readouterr().err
+
+
+@pytest.mark.slow
+def test_recordings_are_sought_from_where_the_training_was_given(trained, tmp_path, monkeypatch) -> None:
+    """Files of the same names in the folder of the export are others'."""
+    monkeypatch.chdir(trained.parent)
+    line = ["model=polynomial", "model.features=[temperature,output]", "data.files=[chamber.csv]", "data.average_s=100"]
+    assert run("train", [*line, f"hydra.run.dir={tmp_path / 'line'}"]) == 0
+    monkeypatch.chdir(tmp_path)
+    header, *rows = (trained.parent / "chamber.csv").read_text().splitlines()
+    (tmp_path / "chamber.csv").write_text("\n".join([header, *rows[::2]]) + "\n")
+    assert run("export", [f"run={tmp_path / 'line'}", "program=false", f"hydra.run.dir={tmp_path / 'out'}"]) == 0
+    trained_on = json.loads((tmp_path / "out" / "metadata.json").read_text())["trained_on"]
+    assert trained_on["sample_interval_s"] == pytest.approx([STEP_S, STEP_S])
+    assert trained_on["recorded_as"]["output"] == {"column": "rate_dph", "unit": "°/h"}
+
+
+def test_nothing_can_be_refused_where_no_ranges_are_known(trained, tmp_path, capsys) -> None:
+    for name in ("model.yaml", "weights.pt", "metrics.json"):
+        (tmp_path / name).write_bytes((trained / name).read_bytes())
+    assert run("export", [f"run={tmp_path}", "refuse_outside=true", "program=false", f"hydra.run.dir={tmp_path / 'out'}"]) == 2
+    assert "no ranges.json there" in capsys.readouterr().err
+
+
+@pytest.mark.slow
+def test_a_time_that_is_a_feature_has_a_range(trained, tmp_path) -> None:
+    files = [f"data.files=[{trained.parent / 'chamber.csv'}]", "data.average_s=100"]
+    assert run("train", ["model=polynomial", "model.features=[temperature,time_s]", *files, f"hydra.run.dir={tmp_path / 'timed'}"]) == 0
+    assert run("export", [f"run={tmp_path / 'timed'}", "program=false", f"hydra.run.dir={tmp_path / 'out'}"]) == 0
+    low, high = json.loads((tmp_path / "out" / "metadata.json").read_text())["trained_range"]["time_s"]
+    assert 0 <= low < 200 < 4 * 3600 - 200 < high <= 4 * 3600
+    script = torch.jit.load(tmp_path / "out" / "model.ts")
+    inside = [script.step_checked(torch.tensor([time, 20.0], dtype=torch.float64))[1].tolist() for time in (1000.0, 1.7e9)]
+    assert inside == [[True, True], [False, True]]

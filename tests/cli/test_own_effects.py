@@ -368,3 +368,25 @@ def test_the_proposed_run_is_simulated_with_the_effect_wherever_it_lies(verb, mo
 
 def test_without_a_missing_effect_there_is_nothing_to_type() -> None:
     assert next_commands([]) == []
+
+
+@pytest.mark.parametrize("ahead", ["history.rate - history.rate.mean(-1, keepdim=True)", "history.temperature.roll(-3, -1)"])
+def test_an_effect_that_looks_into_the_future_is_refused(refused, ahead) -> None:
+    message = refused(
+        "simulate", *QUICK, "hidden=mine", source=changed("lagged(history.time, history.rate.abs(), shape[..., 0])", f"0.0 * shape + {ahead}")
+    )
+    assert "Mine.columns looks into the future" in message
+
+
+def test_numbers_that_are_none_are_told_of_an_effect_without_shape_too(refused) -> None:
+    source = changed("shape = (TIME,)", "shape = ()").replace("lagged(history.time, history.rate.abs(), shape[..., 0])", "history.temperature.sqrt()")
+    assert "Mine.columns has NaN or infinite values; finite ones" in refused("simulate", *QUICK, "hidden=mine", source=source)
+
+
+def test_what_fails_on_real_runs_only_is_named(verb, folder) -> None:
+    source = changed(RETURN, "if len(history.time) > 100:\n            raise ValueError('too long for me')\n        return column.unsqueeze(-1)")
+    assert verb("simulate", *QUICK, source=source)[0] == 0
+    (folder / "out").rename(folder / "sim")
+    code, told = verb("refine", "add=mine", "data.files=[sim/run_1.csv]", source=source)
+    assert code == 1
+    assert "effect 'mine': Mine.columns fails on these runs: ValueError: too long for me" in told

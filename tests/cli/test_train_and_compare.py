@@ -10,6 +10,8 @@ from unittest import mock
 
 import pytest
 import torch
+from tensorboard.backend.event_processing.event_accumulator import EventAccumulator
+from tensorboard.plugins.hparams.plugin_data_pb2 import HParamsPluginData
 
 from zoo.catalog import load_model
 from zoo.cli import application
@@ -236,3 +238,21 @@ def test_a_later_command_in_a_models_folder_does_not_pass_for_the_one_that_made_
     assert "run" not in settings
     assert run("export", [f"run={tmp_path / 'a'}", f"hydra.run.dir={tmp_path / 'out'}"]) == 0
     assert set(json.loads((tmp_path / "out" / "metadata.json").read_text())["parity"]["runs"]) == {"a made-up run"}, "check.csv trained nothing"
+
+
+def test_a_model_that_takes_the_output_where_the_input_never_changes_is_told(recordings, tmp_path, capsys) -> None:
+    assert train(recordings, tmp_path, "model=polynomial", "model.features=[temperature,output]", "epochs=7") == 0
+    told = " ".join(capsys.readouterr().err.split())
+    assert "the true input never changes in the fitted runs" in told
+    assert "epochs was of no use: optimizer=least_squares ends by itself" in told
+
+
+def test_tensorboard_tells_trainings_apart_by_their_settings(recordings, tmp_path) -> None:
+    assert train(recordings, tmp_path, "model=bp", "model.hidden=3", "epochs=4", "seeds=2", "optimizer.lr=0.02") == 0
+    events = EventAccumulator(str(tmp_path / "tensorboard"))
+    events.Reload()
+    kept = events.summary_metadata["_hparams_/session_start_info"].plugin_data.content
+    told = HParamsPluginData.FromString(kept).session_start_info.hparams
+    best = json.loads((tmp_path / "metrics.json").read_text())["members"]["best_seed"]
+    found = {key: told[key].number_value for key in ("model.hidden", "epochs", "seeds", "optimizer.lr", "seed")}
+    assert found == {"model.hidden": 3, "epochs": 4, "seeds": 2, "optimizer.lr": 0.02, "seed": best}

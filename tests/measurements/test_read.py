@@ -324,3 +324,19 @@ def test_a_named_range_of_pandas_is_a_column(tmp_path: Path, monkeypatch: pytest
     assert ranged.columns == plain.columns
     frame.set_index(pd.RangeIndex(len(frame), name="time_s")).to_parquet(tmp_path / "both.parquet")
     assert np.array_equal(read_runs(tmp_path / "both.parquet", average_s=None)[0].time, plain.time), "a column goes before a range of its name"
+
+
+def test_thermometers_whose_names_tell_no_unit_can_be_said_to_be_in_kelvin(tmp_path: Path) -> None:
+    data = recording(2_000, 1.0)
+    plain = read_runs(write_measurements(tmp_path / "a.csv", data))[0]
+    kelvin = {"imu": data["temperature_c"] + 273.15, "case": data["temperature_c"] + 274.15}
+    path = write_measurements(tmp_path / "b.csv", {"time_s": data["time_s"], **kelvin, "rate_dph": data["rate_dph"]})
+    columns = {"temperature": "imu", "temperature_case": "case"}
+    said = read_runs(path, columns=columns, temperature_unit="k")[0]
+    torch.testing.assert_close(said.temperature, plain.temperature, rtol=0, atol=1e-9)
+    torch.testing.assert_close(said.column("temperature_case_c"), plain.temperature + 1.0, rtol=0, atol=1e-9)
+    assert not any("taken as °C" in note for note in said.notes)
+    with pytest.raises(InputError, match=r"data\.temperature_unit=kelvins"):
+        read_runs(path, columns=columns, temperature_unit="kelvins")
+    with pytest.raises(InputError, match=r"'temperature_c' is in c by its name, but data\.temperature_unit=k"):
+        read_runs(tmp_path / "a.csv", temperature_unit="k")

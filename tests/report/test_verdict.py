@@ -9,7 +9,9 @@ from zoo.report.verdict import Record, ladder, rms_after, verdict_of, worth_addi
 
 def refined(checks: list[float | None], **more: object) -> Record:
     names = [None, "hysteresis", "polarization", "aging"][: len(checks)]
-    rungs = [{"added": name, "effects": [], "rms": 0.1, "rms_check": check} for name, check in zip(names, checks, strict=True)]
+    rungs = [
+        {"added": name, "effects": [], "rms": 0.1 * 0.95**i, "rms_check": check} for i, (name, check) in enumerate(zip(names, checks, strict=True))
+    ]
     return {"ladder": rungs, "verdict": "unknown", "borne_out": False, **more}
 
 

@@ -179,3 +179,13 @@ def test_what_it_cannot_fit_is_named() -> None:
     assert Alternating().physical("dph") == {}
     with pytest.raises(InputError, match=r"optimizer\.rounds=0"):
         Alternating(rounds=0)
+
+
+@pytest.mark.slow
+def test_several_seeds_show_how_far_the_effect_and_the_network_share_it_otherwise(tmp_path) -> None:
+    _, runs, _ = planted("hysteresis")
+    hybrid = Hybrid(build("model", "bp"), {"hysteresis": build("effects", "hysteresis")}, list(COLUMNS))
+    metrics = train(hybrid, runs, optimizer=Alternating(), out=tmp_path, seeds=2)
+    one, both = metrics["physical"]["hysteresis"]["width"]["value"], metrics["members"]["physical"]["hysteresis"]["width"]
+    assert both["low"] <= one <= both["high"] or one == pytest.approx(both["median"], rel=0.2)
+    assert both["low"] < both["median"] < both["high"]

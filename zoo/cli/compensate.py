@@ -71,7 +71,7 @@ def _layouts(data: dict[str, Any]) -> list[Layout]:
     for path in find_files(data["files"]):
         present = column_names(path)
         check_uncompensated(path, present)
-        found.append(layout(path, present, data["columns"], data["output_unit"], data["time_unit"]))
+        found.append(layout(path, present, data["columns"], data["output_unit"], data["time_unit"], data["temperature_unit"]))
     return found
 
 

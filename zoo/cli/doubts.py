@@ -20,14 +20,18 @@ BENDS = 1.5
 """RMS row by row over that of mean features from which a word is due."""
 
 
-def print_doubts(model: Model, runs: Sequence[Run], metrics: Mapping[str, Any]) -> None:
+def print_doubts(model: Model, runs: Sequence[Run], metrics: Mapping[str, Any], unused: Sequence[str] = ()) -> None:
     """Print them, a line each.
 
     Args:
         model: trained.
         runs: that it was fitted to.
         metrics: of `zoo.training.run.train`.
+        unused: settings that were given and that nothing has read.
     """
+    for key in unused:
+        told = f"{key} was of no use: optimizer={metrics['optimizer']} ends by itself"
+        Console(stderr=True).print(told, style="yellow", soft_wrap=True, highlight=False)
     for told in (*_takes_the_input(model, runs), *_worse(metrics), *_beyond(metrics), *_bends(model, runs, metrics)):
         Console(stderr=True).print(told, style="yellow", soft_wrap=True, highlight=False)
 

@@ -116,7 +116,7 @@ def _facts(metadata: dict[str, Any]) -> dict[str, Any]:
     """What an exported file's metadata tell, as a training's metrics would."""
     trained = metadata.get("trained_on") or {}
     told = {key: trained[key] for key in ("init", "optimizer", "seed", "average_s") if key in trained}
-    unit = {"unit": metadata["unit"]} if "unit" in metadata else {}
+    unit = {key: metadata[key] for key in ("unit", "refuse_outside") if key in metadata}
     return unit | {"runs": [{"run": name} for name in trained.get("runs") or []]} | told
 
 

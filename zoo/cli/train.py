@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -14,7 +14,7 @@ from rich.table import Table
 
 from zoo.artifacts import write_json
 from zoo.catalog import create, load
-from zoo.cli.command_line import searchpath
+from zoo.cli.command_line import is_typed, searchpath
 from zoo.cli.doubts import print_doubts
 from zoo.cli.effects import chosen
 from zoo.cli.inputs import print_notes, read_data
@@ -69,7 +69,7 @@ def trained(config: DictConfig, runs: Sequence[Run], check_runs: Sequence[Run], 
     keep_model(out, settings, model, runs, own=[CHECKPOINT, *([MEMBERS] if "members" in metrics else [])])
     _draw(out, model, [*runs, *check_runs])
     print_notes([*runs, *check_runs])
-    print_doubts(model, runs, metrics)
+    print_doubts(model, runs, metrics, unused=["epochs"] if metrics["epochs"] is None and is_typed("epochs") else [])
     write_json(out / METRICS, {"schema_version": 1} | metrics)
     _print(metrics)  # last: who reads it may have gone
     return metrics
@@ -101,9 +101,19 @@ def fitted(
         resume=_checkpoint(config.resume) or _unfinished(out, settings),
         out=out,
         labels=labels,
+        hyperparameters=dict(_scalars(model_config, "model")) | dict(_scalars(OmegaConf.to_container(config.optimizer, resolve=True), "optimizer")),
         settings=settings,
     )
     return model_config, model, metrics
+
+
+def _scalars(settings: Any, prefix: str) -> Iterator[tuple[str, Any]]:
+    """What TensorBoard can sort and filter trainings by."""
+    for key, value in settings.items():
+        if isinstance(value, bool | int | float | str) and not str(key).startswith("_"):
+            yield f"{prefix}.{key}", value
+        elif isinstance(value, list) and all(isinstance(one, str | int | float) for one in value):
+            yield f"{prefix}.{key}", ", ".join(map(str, value))
 
 
 def _choice(choices: Mapping[str, Any], group: str) -> str | None:

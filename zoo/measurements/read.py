@@ -38,6 +38,7 @@ def read_runs(
     gap_s: float | None = None,
     bad_rows: BadRows = "error",
     time_unit: str | None = None,
+    temperature_unit: str | None = None,
 ) -> list[Run]:
     """Reads measurement files, one run a file, in memory that grows with the runs' duration and not with their rate.
 
@@ -53,6 +54,7 @@ def read_runs(
         bad_rows: what to do about rows with a cell that is empty or not finite, or a time that does not increase: ``"error"``, or ``"skip"`` for
             leaving them out, which the run's notes tell.
         time_unit: the time's unit, ``"ms"``, ``"us"``, ``"min"`` …; None where the column's name tells it, or it is seconds.
+        temperature_unit: the thermometers' unit, ``"k"`` or ``"f"``, where their names do not tell it; None for °C.
 
     Returns:
         The runs in the files' order, with the same columns. The fine grid is a fifth of a block, or the rows themselves where it would hold
@@ -63,7 +65,7 @@ def read_runs(
     """
     check_settings(reference, average_s, gap_s, bad_rows)
     paths = find_files(files)
-    layouts = keep_shared([layout(path, column_names(path), columns, output_unit, time_unit) for path in paths])
+    layouts = keep_shared([layout(path, column_names(path), columns, output_unit, time_unit, temperature_unit) for path in paths])
     recordings = [_record(one, reference, average_s, gap_s, bad_rows, time_unit is None) for one in layouts]
     length = auto_length(recordings) if average_s == "auto" else average_s
     return [_run(*each, length) for each in zip(run_names(paths), layouts, recordings, strict=True)]
@@ -241,7 +243,7 @@ def check_length(one: Layout, span_s: float) -> None:
 
 def implausible(source: Source, hottest: float) -> list[str]:
     """A sentence where a thermometer's highest value [°C] looks like another unit."""
-    taken = "it is taken as °C (from a name that ends in _k or _f it would be converted)"
+    taken = "it is taken as °C (from a name that ends in _k or _f, or with data.temperature_unit, it would be converted)"
     return [f"{source.column} reaches {hottest:.0f}; {taken}"] if source.name.startswith("temperature_") and hottest > HOTTEST_C else []
 
 

@@ -77,6 +77,7 @@ def layout(
     columns: Mapping[str, str | None] | None = None,
     output_unit: str | None = None,
     time_unit: str | None = None,
+    temperature_unit: str | None = None,
 ) -> Layout:
     """Finds the columns of one file.
 
@@ -86,6 +87,7 @@ def layout(
         columns: role -> the file's own name; a role that is missing or None has its default name. A role of no known name is a column more.
         output_unit: the output's unit, as suffix or as usually written, where the column's name does not say it.
         time_unit: the time's, likewise.
+        temperature_unit: the thermometers', likewise.
 
     Raises:
         InputError: a role that looks mistyped, a column that is not there or is two things, an output that cannot be told or whose unit is not
@@ -93,11 +95,11 @@ def layout(
     """
     mapped = {role: name for role, name in (columns or {}).items() if name is not None}
     _check_mapping(path, present, mapped)
-    time = _time(path, present, mapped, time_unit)
-    temperature = _required(path, present, mapped, "temperature", "temperature_c", "c")
+    time = _said(path, _required(path, present, mapped, "time", "time_s", "s"), "time", time_unit)
+    temperature = _said(path, _required(path, present, mapped, "temperature", "temperature_c", "c"), "temperature", temperature_unit)
     output = _output(path, present, mapped, output_unit)
     reference = _reference(path, present, mapped, output.wanted)
-    others = _thermometers(present, mapped)
+    others = _thermometers(present, mapped, temperature_unit)
     inputs = [Source(role, mapped.get(role, role)) for role in INPUTS if mapped.get(role, role) in present]
     more = [Source(role, column) for role, column in mapped.items() if role not in ROLES and not _is_thermometer(role)]
     found = Layout(path, output.wanted, (time, temperature, *others, *inputs, *more), output, reference)
@@ -198,26 +200,25 @@ def _required(path: Path, present: Sequence[str], mapped: Mapping[str, str], rol
     return Source(default, name, given, unit)
 
 
-def _time(path: Path, present: Sequence[str], mapped: Mapping[str, str], unit: str | None) -> Source:
-    found = _required(path, present, mapped, "time", "time_s", "s")
+def _said(path: Path, found: Source, what: str, unit: str | None) -> Source:
+    """A column in the unit that was said, unless its name says another one."""
     if unit is None:
         return found
-    known, named = units.suffixes("time"), units.output_suffix(found.column, "time")
+    known, named = units.suffixes(what), units.output_suffix(found.column, what)
     if unit not in known:
-        raise InputError(f"data.time_unit={unit}: {nearest(str(unit), known)}")
+        raise InputError(f"data.{what}_unit={unit}: {nearest(str(unit), known)}")
     if named not in (None, unit):
-        raise InputError(
-            f"{path}: '{found.column}' is in {named} by its name, but data.time_unit={unit}; leave that out, or call the column otherwise"
-        )
+        told = f"'{found.column}' is in {named} by its name, but data.{what}_unit={unit}"
+        raise InputError(f"{path}: {told}; leave that out, or call the column otherwise")
     return replace(found, given=unit)
 
 
-def _thermometers(present: Sequence[str], mapped: Mapping[str, str]) -> list[Source]:
+def _thermometers(present: Sequence[str], mapped: Mapping[str, str], unit: str | None) -> list[Source]:
     """Thermometers beside the main one: called ``temperature_NAME_c`` (_k, _f), in the header's order; mapped as ``temperature_NAME``, as given."""
     called = {name: re.fullmatch(r"(temperature_\w+)_[ckf]", name) for name in present if name not in mapped.values()}
     found = {f"{match[1]}_c": name for name, match in called.items() if match and (name.endswith("_c") or f"{match[1]}_c" not in present)}
     found |= {f"{role.removesuffix('_c')}_c": name for role, name in mapped.items() if role.startswith("temperature_")}
-    return [Source(name, column, units.output_suffix(column, "temperature") or "c", "c") for name, column in found.items()]
+    return [Source(name, column, units.output_suffix(column, "temperature") or unit or "c", "c") for name, column in found.items()]
 
 
 def _output(path: Path, present: Sequence[str], mapped: Mapping[str, str], output_unit: str | None) -> Source:

@@ -271,17 +271,28 @@ def _refined(diagnosis: Record, refinement: Record) -> Verdict:
     done = f"with {joined(added)} added" if added else "as it stands"
     if refinement.get("verdict") == "complete":
         left = _noise(excess(rungs[-1].rms if rungs else None, refinement.get("noise_floor")))
-        return Verdict("complete", f"The model is complete {done}", [f"What it leaves {left}"])
+        return Verdict("complete", f"The model is complete {done}", [f"What it leaves {left}", *_no_lower(rungs)])
     if refinement.get("borne_out") is False and (added or _near(rungs, refinement)):
         headline, sentences = _not_borne_out(rungs, refinement)
-        return Verdict("unknown", f"{headline} {done}", sentences + _better_without(refinement))
+        return Verdict("unknown", f"{headline} {done}", sentences + _no_lower(rungs) + _better_without(refinement))
     if added:
         return Verdict(
-            "unknown", f"Still incomplete {done}", ["What is left is not noise.", *_better_without(refinement), *unexplained(diagnosis, done=True)]
+            "unknown",
+            f"Still incomplete {done}",
+            ["What is left is not noise.", *_no_lower(rungs), *_better_without(refinement), *unexplained(diagnosis, done=True)],
         )
     if badly_trained(refinement):
         return _bad_training({**refinement, "rms": rungs[-1].rms if rungs else None})
     return verdict_of(diagnosis) if diagnosis.get("verdict") else Verdict("unknown", "Incomplete", ["What is left is not noise."])
+
+
+def _no_lower(rungs: list[Rung]) -> list[str]:
+    """Where nothing was gained by what was added, at least not in what the ladder shows."""
+    first, last = (rungs[0].rms, rungs[-1].rms) if len(rungs) > 1 else (None, None)
+    if not first or not last or last < first * (1.0 - NOTICEABLE):
+        return []
+    rose = "; a fit counts slow noise for less than fast, so it can rise" if last > first * (1.0 + NOTICEABLE) else ""
+    return [f"The RMS of the fitted runs is no lower with {joined([rung.added for rung in rungs if rung.added])} than without{rose}."]
 
 
 def _near(rungs: list[Rung], refinement: Record) -> bool:

@@ -107,7 +107,9 @@ class Alternating:
         return turns
 
     def physical(self, unit: str) -> dict[str, Any]:
-        """Value and standard error of the coil's and the effects' parameters, all that the network could take over allowed for.
+        """Value and standard error of the coil's and the effects' parameters, with what the network as it stands could take over allowed for.
+
+        From other weights the network may have taken another share of an effect that it can draw by itself: several seeds show by how much.
 
         Args:
             unit: suffix of the output's unit.

@@ -53,7 +53,7 @@ def compare_members(model: Model, members: Sequence[Member], runs: Sequence[Run]
         check_runs: only scored.
 
     Returns:
-        The best member, and RMS of each, with quantiles [output's unit].
+        The best member, and RMS of each, with quantiles [output's unit]; quantiles of the physical parameters where members have some.
     """
     found = {key: _rms_of_each(model, members, some) for key, some in (("rms", runs), ("rms_check", check_runs))}
     best = members[min(range(len(members)), key=found["rms"].__getitem__)]
@@ -62,7 +62,15 @@ def compare_members(model: Model, members: Sequence[Member], runs: Sequence[Run]
     for key, values in found.items():
         block[key] = values or None
         block[f"{key}_quantiles"] = {name: _quantile(values, share) for name, share in SHARES.items()} if values else None
+    if physical := [told for member in members if (told := member.facts.get("physical"))]:
+        block["physical"] = {owner: {key: _range(physical, owner, key) for key in values} for owner, values in physical[0].items()}
     return best, block
+
+
+def _range(physical: list[dict[str, Any]], owner: str, key: str) -> dict[str, float]:
+    """How far the members are apart in one parameter."""
+    values = [float(value) for told in physical if (value := told.get(owner, {}).get(key, {}).get("value")) is not None]
+    return {name: _quantile(values, share) for name, share in SHARES.items()} if values else {}
 
 
 def _quantile(values: list[float], share: float) -> float:

@@ -77,6 +77,7 @@ def train(
     device: str = "cpu",
     resume: Path | None = None,
     labels: Mapping[str, str | None] | None = None,
+    hyperparameters: Mapping[str, bool | int | float | str] | None = None,
     settings: str = "",
 ) -> dict[str, Any]:
     """Fit a model and score it; leaves a checkpoint and TensorBoard events in `out`, and of several seeds all members.
@@ -98,6 +99,7 @@ def train(
         device: ``"cpu"`` or ``"cuda"``.
         resume: checkpoint of an earlier call with the same model, to go on from.
         labels: what the user calls model, init and optimizer; first in the metrics and among TensorBoard's hyperparameters.
+        hyperparameters: more for TensorBoard to tell trainings apart by, beside seed, seeds, epochs and the labels.
         settings: all that decides the training, as text: a checkpoint tells by it whether it belongs to a command.
 
     Returns:
@@ -145,7 +147,9 @@ def train(
     metrics |= {} if spread is None else {"members": spread}
     metrics |= {"formula": formula} if (formula := model.formula()) else {}
     metrics["wall_time_s"] = round(time.perf_counter() - started, 3)
-    _log_result(logger, metrics, [*(labels or {}), "seed", "parameters", "average_s"])
+    told = {key: metrics[key] for key in (*(labels or {}), "parameters", "average_s") if metrics[key] is not None}
+    told |= {"seed": seed if spread is None else spread["best_seed"], "seeds": seeds, "epochs": epochs}
+    _log_result(logger, metrics, told | dict(hyperparameters or {}))
     return metrics
 
 
@@ -241,9 +245,9 @@ def versions() -> dict[str, str]:
     return {"fogzoo": zoo.__version__, "python": platform.python_version(), "torch": torch.__version__, "lightning": lightning.__version__}
 
 
-def _log_result(logger: TensorBoardLogger, metrics: dict[str, Any], hyperparameters: list[str]) -> None:
+def _log_result(logger: TensorBoardLogger, metrics: dict[str, Any], hyperparameters: dict[str, Any]) -> None:
     scalars = {f"rms/{key}": metrics[name] for key, name in (("fit", "rms"), ("check", "rms_check")) if metrics[name] is not None}
-    logger.log_hyperparams({key: metrics[key] for key in hyperparameters if metrics[key] is not None}, scalars)
+    logger.log_hyperparams(hyperparameters, scalars)
     logger.log_metrics(scalars, metrics["epochs"] or 0)
     logger.save()
     logger.finalize("success")
