@@ -222,13 +222,16 @@ def _check(model: Model, runs: Sequence[Run], optimizer: MakeOptimizer | Fitter 
     if not runs:
         raise InputError("data.files: no run to train on")
     usable_device(device)
-    check_model(model)
+    from_outside = not type(model).__module__.startswith(f"{zoo.__name__}.")
+    if from_outside:
+        check_model(model)
     if not hasattr(optimizer, "fit") and not isinstance(model, FeatureModel):
         instead = "leave optimizer=auto" if hasattr(model, "fitted_by") else f"derive it from {FeatureModel.__module__}.FeatureModel"
         raise InputError(f"{type(model).__name__} is no map of features and cannot be trained by gradient; {instead}")
     if not hasattr(optimizer, "fit"):
         weight_vector(model)  # raises where there are none
-        check_trainable(cast(FeatureModel, model))
+        if from_outside:
+            check_trainable(cast(FeatureModel, model))
         if not is_stepwise(optimizer):
             check_steps(cast(MakeOptimizer, optimizer), device)
 
