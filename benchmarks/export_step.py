@@ -78,8 +78,9 @@ def main() -> None:
     with torch.no_grad():
         for name, model in models().items():
             made_up = example(model.inputs, {})
-            script = load_torchscript(to_torchscript(model, "dph", made_up, limits(model.inputs, {})))
-            program = load_program(to_programs(model, made_up)[0]).module()
+            anywhere = limits(model.inputs, {})
+            script = load_torchscript(to_torchscript(model, "dph", made_up, anywhere))
+            program = load_program(to_programs(model, made_up, anywhere)[0]).module()
             x = made_up[torch.arange(samples) % len(made_up)]
             x[:, 0] = 0.1 * torch.arange(samples)
             rows, few = list(x.unbind(0)), list(x[: max(samples // 50, 10)].unbind(0))
