@@ -258,3 +258,10 @@ def test_a_class_that_cannot_be_imported_is_what_is_told_of_its_models(recording
     told = capsys.readouterr().err
     assert "there is no module 'elsewhere'; is its folder on PYTHONPATH?" in told
     assert "no finished model" not in told
+
+
+def test_exports_of_different_trainings_are_all_compared(recordings, sweep, tmp_path) -> None:
+    for job in ("0", "1"):
+        assert run("export", f"run={sweep / job}", "program=false", f"hydra.run.dir={tmp_path / 'files' / job}") == 0
+    document = compare(tmp_path / "out", f"runs=[{tmp_path / 'files' / '*'}]", f"data.files=[{recordings / 'check.csv'}]")
+    assert len(document["models"]) == 2

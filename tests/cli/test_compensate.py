@@ -339,3 +339,13 @@ def test_a_file_in_other_units_than_it_is_taken_for_is_told(trained, capsys) -> 
     assert "taken as °C" not in told
     assert "no model at all" not in told
     assert facts()[0]["after"]["rms"] < facts()[0]["before"]["rms"]
+
+
+def test_a_time_beyond_the_trained_range_is_told_where_it_is_a_feature(tmp_path, capsys) -> None:
+    frame = recording()
+    frame.to_csv("a.csv", index=False)
+    assert run("train", ["model=polynomial", "model.features=[temperature,time_s]", "data.files=[a.csv]", "hydra.run.dir=timed"]) == 0
+    frame.assign(time_s=frame["time_s"] + 1e6).to_csv("late.csv", index=False)
+    capsys.readouterr()
+    assert compensate(Path("timed"), "data.files=[late.csv]") == 0
+    assert "time_s is outside of what was fitted" in capsys.readouterr().out

@@ -165,3 +165,11 @@ def test_a_time_that_is_a_feature_has_a_range(trained, tmp_path) -> None:
     script = torch.jit.load(tmp_path / "out" / "model.ts")
     inside = [script.step_checked(torch.tensor([time, 20.0], dtype=torch.float64))[1].tolist() for time in (1000.0, 1.7e9)]
     assert inside == [[True, True], [False, True]]
+
+
+@pytest.mark.slow
+def test_recordings_are_found_for_a_run_named_from_elsewhere(trained, tmp_path, monkeypatch) -> None:
+    monkeypatch.chdir(trained.parent.parent)
+    asked = [f"run={trained.parent.name}/out", "program=false", f"hydra.run.dir={tmp_path / 'out'}"]
+    assert run("export", asked) == 0
+    assert list(json.loads((tmp_path / "out" / "metadata.json").read_text())["trained_on"]["recorded_as"]) == ["time_s", "temperature_c", "output"]

@@ -256,3 +256,27 @@ def test_tensorboard_tells_trainings_apart_by_their_settings(recordings, tmp_pat
     best = json.loads((tmp_path / "metrics.json").read_text())["members"]["best_seed"]
     found = {key: told[key].number_value for key in ("model.hidden", "epochs", "seeds", "optimizer.lr", "seed")}
     assert found == {"model.hidden": 3, "epochs": 4, "seeds": 2, "optimizer.lr": 0.02, "seed": best}
+
+
+def test_a_recording_without_any_error_is_no_reason_to_fail(recordings, tmp_path) -> None:
+    """Its RMS is 0, by which nothing can be divided."""
+    header, *rows = (recordings / "check.csv").read_text().splitlines()
+    perfect = [f"{row},{row.rpartition(',')[2]}" for row in rows]
+    (tmp_path / "perfect.csv").write_text("\n".join([f"{header},reference_dph", *perfect]) + "\n")
+    files = [f"data.files=[{recordings / 'a.csv'}]", f"data.check_files=[{tmp_path / 'perfect.csv'}]", "data.average_s=100"]
+    assert run("train", ["model=polynomial", *files, f"hydra.run.dir={tmp_path / 'line'}"]) == 0
+    asked = [f"run={tmp_path / 'line'}", f"data.files=[{tmp_path / 'perfect.csv'}]", f"hydra.run.dir={tmp_path / 'out'}"]
+    assert run("compensate", asked) == 0
+    assert (tmp_path / "out" / "compensation.json").is_file()
+
+
+def test_runs_at_different_constant_inputs_tell_the_output_from_the_error(recordings, tmp_path, capsys) -> None:
+    files = []
+    for name, rate in (("a", 0.0), ("b", 100.0)):
+        header, *rows = (recordings / f"{name}.csv").read_text().splitlines()
+        turned = [f"{row.rpartition(',')[0]},{float(row.rpartition(',')[2]) + rate:.6f},{rate}" for row in rows]
+        (tmp_path / f"{name}.csv").write_text("\n".join([f"{header},reference_dph", *turned]) + "\n")
+        files.append(str(tmp_path / f"{name}.csv"))
+    asked = ["model=polynomial", "model.features=[temperature,output]", f"data.files=[{','.join(files)}]", "data.average_s=100"]
+    assert run("train", [*asked, f"hydra.run.dir={tmp_path / 'out'}"]) == 0
+    assert "never changes" not in capsys.readouterr().err

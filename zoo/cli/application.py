@@ -186,7 +186,7 @@ def _unknown_choice(error: BaseException, verb: str) -> str | None:
     if told := absent_folder(_searched(error)):
         return told
     typed = PAPER if (verb, group) == ("reproduce", GROUP) else group.removesuffix("s")
-    possible = [*names(group, _searched(error)), *(["basic"] if group.startswith("hydra/") else [])]  # Hydra's own, without a file
+    possible = [*names(group, _searched(error)), *(["basic"] if group in {"hydra/launcher", "hydra/sweeper"} else [])]  # Hydra's own, without a file
     return f"unknown {typed} '{name}': {nearest(name, possible)}"
 
 

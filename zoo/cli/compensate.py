@@ -132,7 +132,7 @@ def _facts(one: Layout, target: Path, tally: Tally, known: bool, compensator: Co
     error, predicted = tally.blocks[:, 1], tally.blocks[:, 2]
     before, after = (_numbers(value) for value in (error, error - predicted))
     notes = remarks(one, tally, compensator.ranges)
-    if known and before and after and after["rms"] > before["rms"]:
+    if known and before and after and after["rms"] > before["rms"] > 0:
         notes.append(f"the model leaves {times(after['rms'] / before['rms'])} the RMS of no model at all; for this file it is of no use")
     return {
         "file": str(one.path),

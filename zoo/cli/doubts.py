@@ -38,7 +38,8 @@ def print_doubts(model: Model, runs: Sequence[Run], metrics: Mapping[str, Any], 
 
 def _takes_the_input(model: Model, runs: Sequence[Run]) -> Iterator[str]:
     """Where it may subtract what the gyro is there to show, and no run could tell."""
-    steady = all(bool(((run.table[:, -1] - run.table[0, -1]).abs() <= STEADY * run.output.abs().max()).all()) for run in runs)
+    one = runs[0].table[0, -1]
+    steady = all(bool(((run.table[:, -1] - one).abs() <= STEADY * run.output.abs().max()).all()) for run in runs)
     if OUTPUT in model.inputs and steady:
         yield (
             "the model takes the output, and the true input never changes in the fitted runs: all that the gyro shows passes for error, "
@@ -51,8 +52,9 @@ def _worse(metrics: Mapping[str, Any]) -> Iterator[str]:
     advice = {"": "a smaller step of the optimizer or more epochs may help", "_check": "there it is of no use"}
     for kind, what_now in advice.items():
         left, before = metrics[f"rms{kind}"], metrics[f"rms{kind}_uncompensated"]
-        if left is not None and left > before:
-            yield f"on the {'check' if kind else 'fitted'} runs the model leaves {times(left / before)} the RMS of no model at all; {what_now}"
+        if left is not None and left > before > 0:
+            told = f"on the {'check' if kind else 'fitted'} runs the model leaves {times(left / before)} the RMS of no model at all"
+            yield f"{told}; {what_now}" if kind or metrics["epochs"] is not None else told
             return
 
 
@@ -60,8 +62,8 @@ def _beyond(metrics: Mapping[str, Any]) -> Iterator[str]:
     """Where it is asked for what it has never seen."""
     found = metrics["beyond"]
     if found:
-        rows = percent(max(one["share"] for one in found.values()))
-        yield f"the check runs go beyond what was fitted in {rows} of their rows: {reached_beyond(found)}; there the model extrapolates"
+        share = percent(max(one["share"] for one in found.values()))
+        yield f"the check runs go beyond what was fitted in {share} of their time: {reached_beyond(found)}; there the model extrapolates"
 
 
 def _bends(model: Model, runs: Sequence[Run], metrics: Mapping[str, Any]) -> Iterator[str]:

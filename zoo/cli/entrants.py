@@ -43,6 +43,7 @@ class Entrant:
         facts: what is known of how it was made, such as ``seed`` and ``unit``.
         settings: of its method, flat, such as ``model.hidden``; empty where they are not known.
         predict: (N,) predicted error of a run's blocks [output's unit].
+        scripted: whether it is an exported file, of whose training not everything is known.
     """
 
     name: str
@@ -51,6 +52,7 @@ class Entrant:
     facts: dict[str, Any]
     settings: Mapping[str, str]
     predict: Callable[[Run, torch.device], Tensor]
+    scripted: bool = False
 
 
 def find_entrants(runs: Sequence[str]) -> tuple[list[Entrant], list[str]]:
@@ -90,7 +92,7 @@ def _training(one: Entrant) -> tuple[Any, ...]:
 
     Those of different starts that their fit had no use for are one, and so is a seed that several ensembles have.
     """
-    if not one.settings or "seed" not in one.facts:
+    if one.scripted or not one.settings or "seed" not in one.facts:
         return (id(one),)
     rms = f"{one.facts['rms']:.4g}" if one.facts.get("rms") is not None else None  # ensembles of other sizes round otherwise
     return one.folder.parent, one.kind, rms, *(one.facts.get(key) for key in ("init", "optimizer", "seed")), *sorted(one.settings.items())
@@ -100,7 +102,7 @@ def _loaded(folder: Path, scripted: bool) -> list[Entrant]:
     if scripted:
         module, metadata = load_exported(folder)
         kind, facts = f"{metadata.get('model') or 'exported'}_exported", _facts(metadata)
-        return [Entrant(kind, kind, folder, facts, dict(_flat(metadata.get("settings") or {})), _predictor(module, folder))]
+        return [Entrant(kind, kind, folder, facts, dict(_flat(metadata.get("settings") or {})), _predictor(module, folder), scripted=True)]
     saved = load_saved(folder)
     settings = _settings(folder, but=NO_SETTINGS if saved.facts.get("init") else (*NO_SETTINGS, "init"))  # a fit by itself has no use for a start
     if not (folder / MEMBERS).is_file():

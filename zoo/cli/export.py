@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from contextlib import chdir
+from contextlib import chdir, nullcontext
 from pathlib import Path
 from typing import Any
 
@@ -78,9 +78,11 @@ def _training_runs(saved: SavedModel) -> list[Run]:
     path = command_config(saved.folder)
     if path is None:
         return []
+    there = given_in(saved.folder)
     try:
-        with chdir(given_in(saved.folder)):
-            runs, _ = read_data(OmegaConf.load(path))  # type: ignore[arg-type]
+        config = OmegaConf.load(path)
+        with chdir(there) if there.is_dir() else nullcontext():
+            runs, _ = read_data(config)  # type: ignore[arg-type]
     except (InputError, OSError, OmegaConfBaseException):
         return []
     return [one for one in runs if set(saved.module.inputs) <= {*one.columns, OUTPUT}]
@@ -136,7 +138,8 @@ def _print(metadata: dict[str, Any]) -> None:
         trained = f"trained from {known[0]:g} to {known[1]:g} {unit}" if known else ""
         console.print(f"input       {name:24s} {trained}", highlight=False)
         if was and (was["column"], was["unit"] or "") != (name, unit) and name != OUTPUT:
-            console.print(f"            in the recordings {was['column']}, in {was['unit']}", highlight=False)
+            there = f", in {was['unit']}" if was["unit"] else ""
+            console.print(f"            in the recordings {was['column']}{there}", highlight=False)
     console.print(f"prediction  error in {metadata['unit_symbol']}, to be subtracted from the output", highlight=False)
     for what, apart in metadata["parity"]["largest_difference"].items():
         console.print(f"parity      {what}: {apart:.1e} {symbol(metadata['unit'])} at most", highlight=False)

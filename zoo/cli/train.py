@@ -68,9 +68,9 @@ def trained(config: DictConfig, runs: Sequence[Run], check_runs: Sequence[Run], 
     settings, model, metrics = fitted(config, runs, check_runs, out, choices)
     keep_model(out, settings, model, runs, own=[CHECKPOINT, *([MEMBERS] if "members" in metrics else [])])
     _draw(out, model, [*runs, *check_runs])
+    write_json(out / METRICS, {"schema_version": 1} | metrics)
     print_notes([*runs, *check_runs])
     print_doubts(model, runs, metrics, unused=["epochs"] if metrics["epochs"] is None and is_typed("epochs") else [])
-    write_json(out / METRICS, {"schema_version": 1} | metrics)
     _print(metrics)  # last: who reads it may have gone
     return metrics
 

@@ -10,7 +10,7 @@ from torch import Tensor
 
 from zoo.effects.base import Effect, History, spread
 from zoo.effects.bounds import to_physical, to_unit
-from zoo.errors import WorkError, in_brief
+from zoo.errors import InputError, WorkError, in_brief
 from zoo.fitting.prior import Prior
 from zoo.fitting.projection import project
 from zoo.fitting.stack import Stack, stacked
@@ -152,6 +152,8 @@ def _made(effect: Effect, make: Callable[[], Tensor], shapes: Tensor, history: H
     own = f"effect '{effect.name}': {type(effect).__name__}.columns"
     try:
         columns = spread(make(), shapes)
+    except (InputError, WorkError):
+        raise
     except Exception as error:
         raise WorkError(f"{own} fails on these runs: {in_brief(error)}") from error
     if columns.shape[-2] != len(history.time):

@@ -242,9 +242,11 @@ def check_length(one: Layout, span_s: float) -> None:
 
 
 def implausible(source: Source, hottest: float) -> list[str]:
-    """A sentence where a thermometer's highest value [°C] looks like another unit."""
-    taken = "it is taken as °C (from a name that ends in _k or _f, or with data.temperature_unit, it would be converted)"
-    return [f"{source.column} reaches {hottest:.0f}; {taken}"] if source.name.startswith("temperature_") and hottest > HOTTEST_C else []
+    """A sentence where a thermometer's highest value [°C] looks like another unit than the one that it is taken for."""
+    if not source.name.startswith("temperature_") or source.given != source.wanted or hottest <= HOTTEST_C:
+        return []
+    otherwise = "from a name that ends in _k or _f, or with data.temperature_unit, it would be converted"
+    return [f"{source.column} reaches {hottest:.0f}; it is taken as °C ({otherwise})"]
 
 
 def _notes(recording: Recording, average: float, length: float | None, thin: int) -> list[str]:

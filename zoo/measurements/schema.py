@@ -204,13 +204,19 @@ def _said(path: Path, found: Source, what: str, unit: str | None) -> Source:
     """A column in the unit that was said, unless its name says another one."""
     if unit is None:
         return found
-    known, named = units.suffixes(what), units.output_suffix(found.column, what)
-    if unit not in known:
-        raise InputError(f"data.{what}_unit={unit}: {nearest(str(unit), known)}")
-    if named not in (None, unit):
+    named, given = units.output_suffix(found.column, what), _suffix(what, unit)
+    if named not in (None, given):
         told = f"'{found.column}' is in {named} by its name, but data.{what}_unit={unit}"
         raise InputError(f"{path}: {told}; leave that out, or call the column otherwise")
-    return replace(found, given=unit)
+    return replace(found, given=given)
+
+
+def _suffix(what: str, unit: str) -> str:
+    """The suffix of a unit as it was said."""
+    try:
+        return units.parse_unit(unit, what)
+    except InputError:
+        raise InputError(f"data.{what}_unit={unit}: {nearest(str(unit), units.suffixes(what))}") from None
 
 
 def _thermometers(present: Sequence[str], mapped: Mapping[str, str], unit: str | None) -> list[Source]:
@@ -218,7 +224,8 @@ def _thermometers(present: Sequence[str], mapped: Mapping[str, str], unit: str |
     called = {name: re.fullmatch(r"(temperature_\w+)_[ckf]", name) for name in present if name not in mapped.values()}
     found = {f"{match[1]}_c": name for name, match in called.items() if match and (name.endswith("_c") or f"{match[1]}_c" not in present)}
     found |= {f"{role.removesuffix('_c')}_c": name for role, name in mapped.items() if role.startswith("temperature_")}
-    return [Source(name, column, units.output_suffix(column, "temperature") or unit or "c", "c") for name, column in found.items()]
+    said = _suffix("temperature", unit) if unit is not None else "c"
+    return [Source(name, column, units.output_suffix(column, "temperature") or said, "c") for name, column in found.items()]
 
 
 def _output(path: Path, present: Sequence[str], mapped: Mapping[str, str], output_unit: str | None) -> Source:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import copy
+
 import torch
 from torch import Tensor
 
@@ -15,11 +17,12 @@ BENDS = 1e-6
 """Share by which two equal steps of weights may move a prediction otherwise where it is called linear in them."""
 
 
-def check_model(model: object) -> None:
+def check_model(model: object, tried: bool = True) -> None:
     """Refuse what is no model, or one that predicts something else than one number a row from that row and those before it.
 
     Args:
-        model: what the YAML's class made.
+        model: what the YAML's class made; not changed.
+        tried: whether it predicts already: one with a fit of its own may have to be fitted first.
 
     Raises:
         InputError: says what was found and what is needed.
@@ -28,8 +31,11 @@ def check_model(model: object) -> None:
     if not isinstance(model, Model):
         raise InputError(f"model: a {own} is no model; a class derived from zoo.models.base.Model is needed, named by _target_ in its YAML")
     inputs = getattr(model, "inputs", None)
-    if not isinstance(inputs, list) or inputs[:1] != ["time_s"]:
+    if not isinstance(inputs, list | tuple) or [*inputs[:1]] != ["time_s"]:
         raise InputError(f"{own}.inputs is {inputs}; a list of raw columns is needed, time_s first")
+    if not tried:
+        return
+    model = copy.deepcopy(model).eval()
     with torch.no_grad():
         x = example(model.inputs, {})
         whole = _predicted(model, x)

@@ -19,7 +19,7 @@ from zoo.measurements.run import OUTPUT
 from zoo.measurements.schema import Layout, Source, overruled
 from zoo.models.base import Model
 from zoo.models.places import FIRST_S
-from zoo.models.ranges import Ranges, outside
+from zoo.models.ranges import TIME, Ranges, outside
 from zoo.models.streaming import Stream, check_streams
 
 TRIED_ROWS = 3000
@@ -219,7 +219,7 @@ class Compensation:
         beyond = outside(x, self._with.model.inputs, self._with.ranges)
         for place, name in enumerate(self._with.model.inputs):
             values = x[beyond[:, place], place]
-            if name in self._with.used and len(values):
+            if name in (*self._with.used, TIME) and len(values):
                 count, low, high = self.tally.outside.get(name, (0, np.inf, -np.inf))
                 self.tally.outside[name] = count + len(values), min(low, float(values.min())), max(high, float(values.max()))
 

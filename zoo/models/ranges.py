@@ -12,7 +12,6 @@ from zoo.errors import InputError
 from zoo.measurements.run import Run
 from zoo.models.base import FeatureModel, Model
 from zoo.models.features import Features
-from zoo.models.prediction import block_features
 
 Ranges = Mapping[str, tuple[float, float]]
 """Smallest and largest value by raw column, in the column's unit."""
@@ -62,8 +61,10 @@ def beyond(model: Model, fitted: Sequence[Run], others: Sequence[Run]) -> dict[s
         others: runs that are only predicted.
     """
     found: dict[str, dict[str, object]] = {}
+    if not others:
+        return found
     known = _values(model, fitted)
-    for name, values in _values(model, others).items() if others else ():
+    for name, values in _values(model, others).items():
         ranges = {name: (float(known[name].min()), float(known[name].max()))}
         share = float(outside(values.unsqueeze(1), [name], ranges).double().mean())
         if share > SELDOM:
@@ -77,7 +78,7 @@ def _values(model: Model, runs: Sequence[Run]) -> dict[str, Tensor]:
     extract = getattr(model, "extract", None)
     if isinstance(model, FeatureModel) and isinstance(extract, Features):
         with torch.no_grad():
-            table = torch.cat([block_features(model, run) for run in runs])
+            table = torch.cat([run.block_mean_columns(extract(run.select(extract.inputs))) for run in runs])
         found |= {name: column for name, kind, column in zip(extract.names, extract.kind, table.T, strict=True) if kind != "column"}
     return found
 

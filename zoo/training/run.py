@@ -137,6 +137,8 @@ def train(
                     cast(FeatureModel, model), (runs, check_runs), cast(MakeOptimizer, optimizer), start, schedule, every, out, logger
                 )
         model.cpu().eval()
+        if not _of_the_house(model):
+            check_model(model)
         best, spread = members[0], None
         if seeds > 1:
             best, spread = compare_members(model, members, runs, check_runs)
@@ -222,18 +224,22 @@ def _check(model: Model, runs: Sequence[Run], optimizer: MakeOptimizer | Fitter 
     if not runs:
         raise InputError("data.files: no run to train on")
     usable_device(device)
-    from_outside = not type(model).__module__.startswith(f"{zoo.__name__}.")
+    from_outside = not _of_the_house(model)
     if from_outside:
-        check_model(model)
+        check_model(model, tried=not hasattr(model, "fitted_by"))
     if not hasattr(optimizer, "fit") and not isinstance(model, FeatureModel):
         instead = "leave optimizer=auto" if hasattr(model, "fitted_by") else f"derive it from {FeatureModel.__module__}.FeatureModel"
         raise InputError(f"{type(model).__name__} is no map of features and cannot be trained by gradient; {instead}")
     if not hasattr(optimizer, "fit"):
         weight_vector(model)  # raises where there are none
-        if from_outside:
+        if from_outside and not is_stepwise(optimizer):
             check_trainable(cast(FeatureModel, model))
         if not is_stepwise(optimizer):
             check_steps(cast(MakeOptimizer, optimizer), device)
+
+
+def _of_the_house(model: Model) -> bool:
+    return type(model).__module__.startswith(f"{zoo.__name__}.")
 
 
 def _check_numbers(**given: Any) -> None:

@@ -1,0 +1,96 @@
+"""Models of a user's own: what is right is trained, whatever else it does than the house's; what is not is refused when it can be known."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from functools import partial
+from typing import ClassVar
+
+import pytest
+import torch
+from torch import Generator, Tensor, nn
+
+from zoo.catalog import build
+from zoo.errors import InputError
+from zoo.measurements.run import Run
+from zoo.models.base import FeatureModel, Model
+from zoo.models.checks import check_model
+from zoo.models.features import Features
+from zoo.training.run import train
+
+
+class Richer(FeatureModel):
+    """Makes more of its features than their names say."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.extract = Features(["temperature"])
+        self.inputs = self.extract.inputs
+        self.weight = nn.Parameter(torch.tensor([1.0, 0.1], dtype=torch.float64))
+
+    def features(self, x: Tensor) -> Tensor:
+        own = self.extract(x)
+        return torch.cat([own, own.square()], dim=-1)
+
+    def head(self, features: Tensor) -> Tensor:
+        return self.weight[0] + self.weight[1] * features[..., 1]
+
+    def standardise(self, features: Tensor, error: Tensor) -> None:
+        """Nothing to set."""
+
+
+class Steps(Richer):
+    """No slope anywhere, which a swarm does not mind."""
+
+    def head(self, features: Tensor) -> Tensor:
+        return (features[..., 0] > 10 * self.weight[0]).double()
+
+
+class Dropped(Richer):
+    """Chance while it is trained, none when it predicts; means that go on and are not a trial's to change."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.norm = nn.BatchNorm1d(2, dtype=torch.float64)
+
+    def head(self, features: Tensor) -> Tensor:
+        return super().head(nn.functional.dropout(self.norm(features), 0.5, self.training))
+
+
+class Unfitted(Model):
+    """Brings a fit of its own, before which it has nothing to predict from."""
+
+    fitted_by: ClassVar[str] = "mean_fit"
+
+    def __init__(self, wide: int) -> None:
+        super().__init__()
+        self.inputs, self.wide = ["time_s", "temperature_c"], wide
+        self.register_buffer("weight", torch.zeros(0, dtype=torch.float64))
+
+    def forward(self, x: Tensor) -> Tensor:
+        return x[:, 1:] @ self.weight
+
+
+class MeanFit:
+    def fit(self, model: Unfitted, runs: Sequence[Run], generator: Generator) -> None:
+        model.weight = torch.full((model.wide,), 0.1, dtype=torch.float64)
+
+
+@pytest.mark.parametrize(("model", "optimizer"), [(Richer, partial(torch.optim.Adam, lr=0.01)), (Steps, "pso")])
+def test_what_is_right_is_trained(make_run, tmp_path, model, optimizer) -> None:
+    chosen = build("optimizer", optimizer) if isinstance(optimizer, str) else optimizer
+    metrics = train(model(), [make_run()], [make_run("check")], optimizer=chosen, epochs=3, out=tmp_path)
+    assert metrics["rms"] > 0
+
+
+def test_a_model_is_tried_as_it_predicts_and_left_as_it_was() -> None:
+    model = Dropped()
+    check_model(model)
+    assert model.training
+    assert not model.norm.running_mean.any()  # type: ignore[union-attr]
+
+
+def test_one_with_a_fit_of_its_own_is_tried_after_it(make_run, tmp_path) -> None:
+    assert train(Unfitted(1), [make_run()], optimizer=MeanFit(), out=tmp_path)["rms"] > 0
+    with pytest.raises(InputError, match="Unfitted fails with RuntimeError: size mismatch"):
+        train(Unfitted(2), [make_run()], optimizer=MeanFit(), out=tmp_path)
