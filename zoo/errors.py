@@ -44,8 +44,8 @@ def nearest(name: str, known: Iterable[str]) -> str:
     """
     known = sorted(known)
     close = difflib.get_close_matches(name, known, n=3, cutoff=0.4)
-    hint = f"did you mean {', '.join(close)}? " if close else ""
-    return f"{hint}Known: {', '.join(known)}"
+    hint = f"did you mean {', '.join(close)}? Known" if close else "known"
+    return f"{hint}: {', '.join(known)}"
 
 
 def causes(error: BaseException | None) -> list[BaseException]:

@@ -436,7 +436,7 @@ def test_what_no_gyro_or_chamber_can_be(told, settings, words) -> None:
         ("diagnose", "data.fils=a.csv", "data has no fils; did you mean files"),
         ("train", "model.hiden=3", "model has no hiden; did you mean hidden"),
         ("train", "optmizer.lr=3", "did you mean optimizer"),
-        ("export", "model=a", "Known: hydra, program, refuse_outside, run"),
+        ("export", "model=a", "nown: hydra, program, refuse_outside, run"),
         ("simulate", "seed.first=3", "seed is a value and has no keys"),
     ],
 )

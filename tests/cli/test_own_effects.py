@@ -114,7 +114,7 @@ def test_every_effect_of_the_catalogue_passes(name) -> None:
     [
         ('name = "mine"', "", ["Mine.name is missing"]),
         ('name = "mine"', 'name = "mien"', ["Mine.name = 'mien'", "called 'mine'"]),
-        ('place = "coil"', 'place = "spool"', ["Mine.place = 'spool'", "Known: coil, housing"]),
+        ('place = "coil"', 'place = "spool"', ["Mine.place = 'spool'", "nown: coil, housing"]),
         (DECLARED, "", ["Mine.amplitudes is missing", "tuple of Parameter"]),
         (DECLARED, "amplitudes = SIZE", ["Mine.amplitudes = Parameter(", "comma"]),
         (DECLARED, "amplitudes = [SIZE]", ["Mine.amplitudes = [Parameter("]),

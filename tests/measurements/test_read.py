@@ -340,3 +340,14 @@ def test_thermometers_whose_names_tell_no_unit_can_be_said_to_be_in_kelvin(tmp_p
         read_runs(path, columns=columns, temperature_unit="kelvins")
     with pytest.raises(InputError, match=r"'temperature_c' is in c by its name, but data\.temperature_unit=k"):
         read_runs(tmp_path / "a.csv", temperature_unit="k")
+
+
+def test_time_and_temperature_are_known_by_any_unit_in_their_names(tmp_path: Path) -> None:
+    data = recording(2_000, 1.0)
+    plain = read_runs(write_measurements(tmp_path / "a.csv", data))[0]
+    other = {"time_min": data["time_s"] / 60, "temperature_f": 1.8 * data["temperature_c"] + 32, "rate_dph": data["rate_dph"]}
+    found = read_runs(write_measurements(tmp_path / "b.csv", other))[0]
+    assert found.columns == plain.columns
+    torch.testing.assert_close(found.table[:, :2], plain.table[:, :2], rtol=0, atol=1e-6)
+    both = read_runs(write_measurements(tmp_path / "c.csv", data | {"temperature_k": 0 * data["time_s"] + 300}))[0]
+    torch.testing.assert_close(both.temperature, plain.temperature)

@@ -177,7 +177,7 @@ def test_every_preset_keeps_a_hold_within_its_cycling(name: str) -> None:
         ({"cycling_s": 0}, "chamber.cycling_s"),
         ({"fan_dph": math.inf}, "chamber.fan_dph"),
         ({"fan": "alway"}, "did you mean always"),
-        ({"fan": False}, "Known: always, in_motion, never"),
+        ({"fan": False}, "nown: always, in_motion, never"),
     ],
 )
 def test_absurd_chambers_are_refused(settings: dict[str, Any], words: str) -> None:

@@ -170,5 +170,5 @@ def test_an_empty_swarm_or_box_is_refused(algorithm, particles: int, low: float,
 
 
 def test_a_setting_that_nobody_knows_is_refused(algorithm) -> None:
-    with pytest.raises(InputError, match=r"^warmth: .*Known: "):
+    with pytest.raises(InputError, match=r"^warmth: .*nown: "):
         algorithm.init(LOW, HIGH, 3, generator(), warmth=1)

@@ -192,12 +192,13 @@ def _check_single(found: Layout, more: Sequence[Source]) -> None:
 
 
 def _required(path: Path, present: Sequence[str], mapped: Mapping[str, str], role: str, default: str, unit: str) -> Source:
-    name = mapped.get(role, default)
+    quantity = units.UNITS[unit].quantity
+    called = [default, *(f"{default.removesuffix(unit)}{other}" for other in units.suffixes(quantity))]
+    name = mapped.get(role) or next((one for one in called if one in present), default)
     if name not in present:
         hint = f"if another one holds the {role}: {_KEY}.{role}=NAME"
         raise InputError(f"{path}: no column '{name}'; its columns: {', '.join(present)}\n{hint}")
-    given = units.output_suffix(name, units.UNITS[unit].quantity) or unit
-    return Source(default, name, given, unit)
+    return Source(default, name, units.output_suffix(name, quantity) or unit, unit)
 
 
 def _said(path: Path, found: Source, what: str, unit: str | None) -> Source:
