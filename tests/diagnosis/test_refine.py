@@ -9,6 +9,7 @@ from itertools import pairwise
 import pytest
 import torch
 
+from zoo.diagnosis.diagnose import diagnose
 from zoo.diagnosis.refine import check_added, check_rms, refine
 from zoo.errors import InputError
 from zoo.models.prediction import predict_blocks
@@ -141,6 +142,14 @@ def test_what_cannot_be_added_is_refused(runs, catalogue, base, add, words) -> N
         refine(runs(), [], base, add, catalogue)
     assert words in str(caught.value)
     assert len(str(caught.value).splitlines()) <= 2
+
+
+def test_nothing_to_compare_is_said_so(runs, catalogue, base) -> None:
+    for some, effects, words in (([], base, "no run to compare with"), (runs(), [], "no effect to start from")):
+        with pytest.raises(InputError, match=words):
+            diagnose(some, effects, catalogue)
+        with pytest.raises(InputError, match=words):
+            refine(some, [], effects, "auto", catalogue)
 
 
 def test_check_runs_averaged_otherwise_are_refused(runs, check, catalogue, base) -> None:

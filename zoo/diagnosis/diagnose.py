@@ -74,8 +74,11 @@ def check_effects(runs: list[Run], effects: list[str], catalogue: dict[str, Effe
         catalogue: every effect by name.
 
     Raises:
-        InputError: an effect is not in the catalogue or lacks its column; the runs cannot determine it.
+        InputError: there is no run or no effect; an effect is not in the catalogue or lacks its column; the runs cannot determine it.
     """
+    if not runs or not effects:
+        what = "effect to start from: static_bias, shupe, mohr are where most gyros do" if runs else "run to compare with"
+        raise InputError(f"no {what}")
     for name in effects:
         if name not in catalogue:
             raise InputError(f"unknown effect '{name}': {nearest(name, catalogue)}")
