@@ -149,9 +149,7 @@ def train(
     metrics |= {} if spread is None else {"members": spread}
     metrics |= {"formula": formula} if (formula := model.formula()) else {}
     metrics["wall_time_s"] = round(time.perf_counter() - started, 3)
-    told = {key: metrics[key] for key in (*(labels or {}), "parameters", "average_s") if metrics[key] is not None}
-    told |= {"seed": seed if spread is None else spread["best_seed"], "seeds": seeds, "epochs": epochs}
-    _log_result(logger, metrics, told | dict(hyperparameters or {}))
+    _log_result(logger, metrics, [*(labels or {}), "parameters", "average_s"], {"seeds": seeds, "epochs": epochs} | dict(hyperparameters or {}))
     return metrics
 
 
@@ -254,9 +252,12 @@ def versions() -> dict[str, str]:
     return {"fogzoo": zoo.__version__, "python": platform.python_version(), "torch": torch.__version__, "lightning": lightning.__version__}
 
 
-def _log_result(logger: TensorBoardLogger, metrics: dict[str, Any], hyperparameters: dict[str, Any]) -> None:
+def _log_result(logger: TensorBoardLogger, metrics: dict[str, Any], known: list[str], hyperparameters: dict[str, Any]) -> None:
+    """The result among TensorBoard's hyperparameters: those given, what is known of the metrics, and the seed, of several that of the model."""
+    seed = (metrics.get("members") or {}).get("best_seed", metrics["seed"])
+    told = {key: metrics[key] for key in known if metrics[key] is not None} | {"seed": seed} | hyperparameters
     scalars = {f"rms/{key}": metrics[name] for key, name in (("fit", "rms"), ("check", "rms_check")) if metrics[name] is not None}
-    logger.log_hyperparams(hyperparameters, scalars)
+    logger.log_hyperparams(told, scalars)
     logger.log_metrics(scalars, metrics["epochs"] or 0)
     logger.save()
     logger.finalize("success")
