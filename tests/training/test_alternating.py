@@ -187,5 +187,8 @@ def test_several_seeds_show_how_far_the_effect_and_the_network_share_it_otherwis
     hybrid = Hybrid(build("model", "bp"), {"hysteresis": build("effects", "hysteresis")}, list(COLUMNS))
     metrics = train(hybrid, runs, optimizer=Alternating(), out=tmp_path, seeds=2)
     one, both = metrics["physical"]["hysteresis"]["width"]["value"], metrics["members"]["physical"]["hysteresis"]["width"]
-    assert both["low"] <= one <= both["high"] or one == pytest.approx(both["median"], rel=0.2)
-    assert both["low"] < both["median"] < both["high"]
+    other = 2 * both["median"] - one  # of two, the middle is the mean
+    assert one != pytest.approx(other, rel=1e-6)
+    assert both["low"] == pytest.approx(min(one, other) + 0.05 * abs(one - other))
+    assert both["high"] == pytest.approx(max(one, other) - 0.05 * abs(one - other))
+    assert metrics["members"]["best_seed"] in metrics["members"]["seeds"]

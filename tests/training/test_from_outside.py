@@ -13,37 +13,36 @@ from torch import Generator, Tensor, nn
 from zoo.catalog import build
 from zoo.errors import InputError
 from zoo.measurements.run import Run
-from zoo.models.base import FeatureModel, Model
+from zoo.models.base import Model
+from zoo.models.bp import BP
 from zoo.models.checks import check_model
-from zoo.models.features import Features
 from zoo.training.run import train
 
 
-class Richer(FeatureModel):
+class Richer(BP):
     """Makes more of its features than their names say."""
 
     def __init__(self) -> None:
-        super().__init__()
-        self.extract = Features(["temperature"])
-        self.inputs = self.extract.inputs
-        self.weight = nn.Parameter(torch.tensor([1.0, 0.1], dtype=torch.float64))
+        super().__init__(["temperature"])
 
     def features(self, x: Tensor) -> Tensor:
-        own = self.extract(x)
+        own = super().features(x)
         return torch.cat([own, own.square()], dim=-1)
 
     def head(self, features: Tensor) -> Tensor:
-        return self.weight[0] + self.weight[1] * features[..., 1]
+        return super().head(features[..., :1])
 
     def standardise(self, features: Tensor, error: Tensor) -> None:
-        """Nothing to set."""
+        super().standardise(features[:, :1], error)
 
 
 class Steps(Richer):
     """No slope anywhere, which a swarm does not mind."""
 
+    linear_in: ClassVar[tuple[str, ...]] = ()
+
     def head(self, features: Tensor) -> Tensor:
-        return (features[..., 0] > 10 * self.weight[0]).double()
+        return (features[..., 0] > 10 * self.output.bias).double()
 
 
 class Dropped(Richer):

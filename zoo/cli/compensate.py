@@ -27,7 +27,7 @@ from zoo.models.example import example
 from zoo.models.prediction import usable_device
 from zoo.models.streaming import check_streams
 from zoo.progress import progress
-from zoo.report.wording import times
+from zoo.report.wording import worse_than_none
 from zoo.training.threads import threads_for
 from zoo.units import symbol
 
@@ -132,8 +132,8 @@ def _facts(one: Layout, target: Path, tally: Tally, known: bool, compensator: Co
     error, predicted = tally.blocks[:, 1], tally.blocks[:, 2]
     before, after = (_numbers(value) for value in (error, error - predicted))
     notes = remarks(one, tally, compensator.ranges)
-    if known and before and after and after["rms"] > before["rms"] > 0:
-        notes.append(f"the model leaves {times(after['rms'] / before['rms'])} the RMS of no model at all; for this file it is of no use")
+    if known and before and after and (worse := worse_than_none(after["rms"], before["rms"])):
+        notes.append(f"{worse}; for this file it is of no use")
     return {
         "file": str(one.path),
         "written": str(target),

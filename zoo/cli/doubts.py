@@ -11,7 +11,7 @@ from rich.console import Console
 from zoo.measurements.run import OUTPUT, Run
 from zoo.models.base import FeatureModel, Model
 from zoo.models.prediction import block_features
-from zoo.report.wording import percent, reached_beyond, significant, times
+from zoo.report.wording import percent, reached_beyond, significant, worse_than_none
 from zoo.units import symbol
 
 STEADY = 1e-9
@@ -29,10 +29,8 @@ def print_doubts(model: Model, runs: Sequence[Run], metrics: Mapping[str, Any], 
         metrics: of `zoo.training.run.train`.
         unused: settings that were given and that nothing has read.
     """
-    for key in unused:
-        told = f"{key} was of no use: optimizer={metrics['optimizer']} ends by itself"
-        Console(stderr=True).print(told, style="yellow", soft_wrap=True, highlight=False)
-    for told in (*_takes_the_input(model, runs), *_worse(metrics), *_beyond(metrics), *_bends(model, runs, metrics)):
+    idle = (f"{key} was of no use: optimizer={metrics['optimizer']} ends by itself" for key in unused)
+    for told in (*idle, *_takes_the_input(model, runs), *_worse(metrics), *_beyond(metrics), *_bends(model, runs, metrics)):
         Console(stderr=True).print(told, style="yellow", soft_wrap=True, highlight=False)
 
 
@@ -51,9 +49,8 @@ def _worse(metrics: Mapping[str, Any]) -> Iterator[str]:
     """Where nothing would do better."""
     advice = {"": "a smaller step of the optimizer or more epochs may help", "_check": "there it is of no use"}
     for kind, what_now in advice.items():
-        left, before = metrics[f"rms{kind}"], metrics[f"rms{kind}_uncompensated"]
-        if left is not None and left > before > 0:
-            told = f"on the {'check' if kind else 'fitted'} runs the model leaves {times(left / before)} the RMS of no model at all"
+        if worse := worse_than_none(metrics[f"rms{kind}"], metrics[f"rms{kind}_uncompensated"]):
+            told = f"on the {'check' if kind else 'fitted'} runs {worse}"
             yield f"{told}; {what_now}" if kind or metrics["epochs"] is not None else told
             return
 

@@ -123,11 +123,9 @@ def _intervals(runs: Sequence[Run]) -> list[float] | None:
 
 def _recorded_as(runs: Sequence[Run]) -> dict[str, dict[str, str | None]] | None:
     """What the files of the training call each column and the output, and its unit there; None where the recordings are gone."""
-    return (
-        {one.name: {"column": one.column, "unit": symbol(one.given) if one.given else input_unit(one.name)} for one in runs[0].recorded}
-        if runs
-        else None
-    )
+    if not runs:
+        return None
+    return {one.name: {"column": one.column, "unit": symbol(one.given) if one.given else input_unit(one.name)} for one in runs[0].recorded}
 
 
 def _print(metadata: dict[str, Any]) -> None:

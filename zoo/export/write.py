@@ -25,6 +25,7 @@ from zoo.models.ranges import ROOM, Ranges, limits
 from zoo.units import output_suffix, symbol
 
 CALL = "step.pt2: (row of inputs, state) -> (prediction, state), the first state step_state times NaN; in it first the time of the last row used"
+"""How the file that keeps no state of its own is used, for the metadata."""
 PLAIN = {"v": "V", "ut": "µT", "pct": "%", "kpa": "kPa"}
 """Units of columns that the zoo never converts, by suffix."""
 

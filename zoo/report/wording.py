@@ -75,6 +75,11 @@ def times(ratio: Any) -> str:
     return "> 999×" if number >= 999.5 else f"{fixed(number, 1 if number < 99.95 else 0)}×"
 
 
+def worse_than_none(left: float | None, before: float) -> str:
+    """Half a sentence where a model leaves more than there is without one; nothing where it does not."""
+    return f"the model leaves {times(left / before)} the RMS of no model at all" if left is not None and left > before > 0 else ""
+
+
 def reached_beyond(found: Mapping[str, Any]) -> str:
     """Which columns go beyond what was fitted, as `zoo.models.ranges.beyond` found, and how far."""
     said = []

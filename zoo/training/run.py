@@ -137,7 +137,7 @@ def train(
                     cast(FeatureModel, model), (runs, check_runs), cast(MakeOptimizer, optimizer), start, schedule, every, out, logger
                 )
         model.cpu().eval()
-        if not _of_the_house(model):
+        if _has_own_fit(model):
             check_model(model)
         best, spread = members[0], None
         if seeds > 1:
@@ -222,22 +222,26 @@ def _check(model: Model, runs: Sequence[Run], optimizer: MakeOptimizer | Fitter 
     if not runs:
         raise InputError("data.files: no run to train on")
     usable_device(device)
-    from_outside = not _of_the_house(model)
-    if from_outside:
-        check_model(model, tried=not hasattr(model, "fitted_by"))
+    if not _of_the_house(model):
+        check_model(model, tried=not _has_own_fit(model))
     if not hasattr(optimizer, "fit") and not isinstance(model, FeatureModel):
         instead = "leave optimizer=auto" if hasattr(model, "fitted_by") else f"derive it from {FeatureModel.__module__}.FeatureModel"
         raise InputError(f"{type(model).__name__} is no map of features and cannot be trained by gradient; {instead}")
     if not hasattr(optimizer, "fit"):
         weight_vector(model)  # raises where there are none
-        if from_outside and not is_stepwise(optimizer):
-            check_trainable(cast(FeatureModel, model))
         if not is_stepwise(optimizer):
+            if not _of_the_house(model):
+                check_trainable(cast(FeatureModel, model))
             check_steps(cast(MakeOptimizer, optimizer), device)
 
 
 def _of_the_house(model: Model) -> bool:
     return type(model).__module__.startswith(f"{zoo.__name__}.")
+
+
+def _has_own_fit(model: Model) -> bool:
+    """Whether a model from outside may have nothing to predict from before it is fitted, so that it is tried only then."""
+    return not _of_the_house(model) and hasattr(model, "fitted_by")
 
 
 def _check_numbers(**given: Any) -> None:
