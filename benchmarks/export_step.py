@@ -18,7 +18,6 @@ from zoo.models.base import Model
 from zoo.models.example import example
 from zoo.models.graybox import GrayBox
 from zoo.models.hybrid import Hybrid
-from zoo.models.ranges import limits
 from zoo.models.streaming import continued
 from zoo.training.weights import reset
 
@@ -78,9 +77,8 @@ def main() -> None:
     with torch.no_grad():
         for name, model in models().items():
             made_up = example(model.inputs, {})
-            anywhere = limits(model.inputs, {})
-            script = load_torchscript(to_torchscript(model, "dph", made_up, anywhere))
-            program = load_program(to_programs(model, made_up, anywhere)[0]).module()
+            script = load_torchscript(to_torchscript(model, "dph", made_up, {}))
+            program = load_program(to_programs(model, made_up, {})[0]).module()
             x = made_up[torch.arange(samples) % len(made_up)]
             x[:, 0] = 0.1 * torch.arange(samples)
             rows, few = list(x.unbind(0)), list(x[: max(samples // 50, 10)].unbind(0))

@@ -12,7 +12,6 @@ import torch
 from zoo.catalog import build
 from zoo.export.torchscript import to_torchscript
 from zoo.models.example import example
-from zoo.models.ranges import limits
 
 ROOT = Path(__file__).resolve().parents[1]
 FIRMWARE = "torch.jit.load"
@@ -40,7 +39,7 @@ def test_the_exported_model_that_the_readme_shows(tmp_path, monkeypatch, capsys)
     monkeypatch.chdir(tmp_path)
     model, ranges = build("model", "bp"), {"temperature_c": (-30.0, 55.0)}
     made_up = example(model.inputs, ranges)
-    (tmp_path / "model.ts").write_bytes(to_torchscript(model, "dph", made_up, limits(model.inputs, ranges)))
+    (tmp_path / "model.ts").write_bytes(to_torchscript(model, "dph", made_up, ranges))
     names: dict[str, Any] = {"rows": [*made_up[:50].tolist(), [1e9, 90.0]]}
     exec(next(part for part in shown() if FIRMWARE in part), names)
     assert capsys.readouterr().out == "['time_s', 'temperature_c'] dph\n"

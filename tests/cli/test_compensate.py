@@ -349,3 +349,25 @@ def test_a_time_beyond_the_trained_range_is_told_where_it_is_a_feature(tmp_path,
     capsys.readouterr()
     assert compensate(Path("timed"), "data.files=[late.csv]") == 0
     assert "time_s is outside of what was fitted" in capsys.readouterr().out
+
+
+@pytest.mark.parametrize("name", ["polynomial", "ls_svm"])
+def test_a_ramp_steeper_than_any_in_training_is_told(tmp_path, capsys, name) -> None:
+    frame = recording()
+    frame.to_csv("a.csv", index=False)
+    features = "model.features=[temperature,temperature_rate]"
+    assert run("train", [f"model={name}", features, "data.files=[a.csv]", "hydra.run.dir=slow"]) == 0
+    steep = frame.assign(temperature_c=20 + 35 * np.clip(frame["time_s"] / 900 - 8, 0, 1))  # 2.3 K/min where 0.67 was fitted, inside the temperatures
+    pd.concat([steep, steep.assign(time_s=steep["time_s"] + 4 * 3600)]).to_csv("steep.csv", index=False)
+    capsys.readouterr()
+    assert compensate(Path("slow"), "data.files=[steep.csv]") == 0
+    told = " ".join(capsys.readouterr().out.split())
+    assert "temperature_rate is outside of what was fitted (-0.66" in told
+    assert "temperature_c is outside" not in told
+    found = facts()[0]["rows_outside"]["temperature_rate"]
+    assert 2 * 40 <= found["rows"] <= 3 * 50
+    assert found["to"] == pytest.approx(35 / 15, rel=0.02)
+    assert compensate(Path("slow"), "data.files=[a.csv]") == 0
+    assert "outside of what was fitted" not in capsys.readouterr().out
+    assert run("export", ["run=slow", "hydra.run.dir=out", "program=false"]) == 0
+    assert "feature temperature_rate trained from -0.66" in " ".join(capsys.readouterr().out.split())

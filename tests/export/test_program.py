@@ -14,9 +14,8 @@ from zoo.export.torchscript import load_torchscript, to_torchscript
 from zoo.models.base import Model
 from zoo.models.example import example
 from zoo.models.hybrid import Hybrid
-from zoo.models.ranges import limits
+from zoo.models.ranges import Watched, outside
 
-ANY = (-float("inf"), float("inf"))
 RICH = ["temperature", "temperature_rate", "temperature_outer_lag90", "supply_v", "time_s"]
 
 
@@ -52,7 +51,7 @@ def programs(request, network, graybox):
         "network and all effects": lambda: both(network("bp"), graybox(names("effects"), ("temperature_c", "temperature_outer_c"))),
     }
     model = made[request.param]()
-    return model, *to_programs(model, example(model.inputs, {}), limits(model.inputs, {}))
+    return model, *to_programs(model, example(model.inputs, {}), {})
 
 
 @pytest.mark.slow
@@ -80,7 +79,7 @@ class Chooses(Model):
 @NEWER
 def test_what_torch_export_does_not_take_is_told_in_a_line_or_two() -> None:
     with pytest.raises(WorkError, match=r"torch\.export does not take it") as told:
-        to_programs(Chooses(), example(["time_s", "temperature_c"], {}), [ANY, ANY])
+        to_programs(Chooses(), example(["time_s", "temperature_c"], {}), {})
     assert len(str(told.value).splitlines()) == 2
     assert "program=false" in str(told.value)
 
@@ -117,7 +116,7 @@ def stained(x: torch.Tensor) -> torch.Tensor:
 def test_rows_that_cannot_be_used_leave_no_trace_in_any_file(programs, record) -> None:
     model, whole, step = programs
     x = stained(record(model.inputs, 80))
-    script = load_torchscript(to_torchscript(model, "dph", example(model.inputs, {}), limits(model.inputs, {})))
+    script = load_torchscript(to_torchscript(model, "dph", example(model.inputs, {}), {}))
     usable = script.usable(x)
     wanted = torch.full_like(x[:, 0], torch.nan)
     wanted[usable] = model(x[usable])
@@ -135,14 +134,19 @@ def test_rows_that_cannot_be_used_leave_no_trace_in_any_file(programs, record) -
 
 @pytest.mark.slow
 @torch.no_grad()
-def test_programs_refuse_what_lies_outside_where_that_is_asked(network, record) -> None:
-    """As `model.ts` does: NaN there, and the row counts as past all the same."""
+@pytest.mark.parametrize("kind", ["network", pytest.param("hybrid", marks=NEWER)])
+@pytest.mark.parametrize("ranges", [{"temperature_c": (-20.0, 30.0)}, {"temperature_rate": (-0.5, 0.7)}])
+def test_programs_refuse_what_lies_outside_where_that_is_asked(network, graybox, record, kind, ranges) -> None:
+    """As `model.ts` does: NaN there, by a column or by a rate of it, and the row counts as past all the same."""
     model = network("bp", features=["temperature", "temperature_rate"])
-    between, x = [ANY, (-20.0, 30.0)], record(model.inputs, 400)
-    files = to_programs(model, example(model.inputs, {}), between, refuse_outside=True)
-    script = load_torchscript(to_torchscript(model, "dph", example(model.inputs, {}), between, refuse_outside=True))
+    model = both(model, graybox(["hysteresis"])) if kind == "hybrid" else model
+    x = record(model.inputs, 400)
+    files = to_programs(model, example(model.inputs, {}), ranges, refuse_outside=True)
+    script = load_torchscript(to_torchscript(model, "dph", example(model.inputs, {}), ranges, refuse_outside=True))
     wanted = script(x)
     assert 0 < int(wanted.isnan().sum()) < len(x)
+    watched = Watched(model)
+    assert torch.equal(wanted.isnan(), outside(watched(x), watched.names, ranges).any(1))
     torch.testing.assert_close(load_program(files[0]).module()(x), wanted, rtol=0, atol=1e-11, equal_nan=True)
     step = load_program(files[1])
     state, module = torch.full(step.example_inputs[0][1].shape, torch.nan, dtype=torch.float64), step.module()

@@ -15,7 +15,7 @@ from zoo.export.torchscript import load_torchscript, to_torchscript
 from zoo.models.example import example
 from zoo.models.graybox import GrayBox
 from zoo.models.hybrid import Hybrid
-from zoo.models.ranges import limits
+from zoo.models.ranges import Watched
 
 NETWORKS = [name for name in names("model") if "inputs" not in load("model", name)]
 RICH = ["temperature", "temperature_rate", "temperature_outer_rate", "temperature_lag600", "temperature_outer_lag90", "supply_v", "time_s"]
@@ -24,7 +24,7 @@ RANGES = {"temperature_c": (-30.0, 55.0)}
 
 def exported(model, refuse_outside=False):
     made_up = example(model.inputs, RANGES)
-    return load_torchscript(to_torchscript(model, "dph", made_up, limits(model.inputs, RANGES), refuse_outside))
+    return load_torchscript(to_torchscript(model, "dph", made_up, RANGES, refuse_outside))
 
 
 def stepped(script, x):
@@ -137,6 +137,27 @@ def test_outside_of_the_trained_range_is_told_and_refused_only_if_asked(network,
     back = torch.cat([x, x[:1]])
     back[-1, 0] = x[-1, 0] + 20
     check_close(stepped(refusing, back)[-1], model(back)[-1])
+
+
+@torch.no_grad()
+@pytest.mark.parametrize("kind", ["network", "hybrid"])
+def test_a_ramp_steeper_than_any_in_training_is_told_by_its_column(network, graybox, record, kind) -> None:
+    model = network("bp", features=["temperature", "temperature_rate", "temperature_lag600"])
+    if kind == "hybrid":
+        model = Hybrid(model, dict(graybox(["hysteresis"]).named_effects()), ["time_s", "temperature_c"])
+    slow = {"temperature_c": (-30.0, 55.0), "temperature_rate": (-1.0, 1.0)}
+    x = record(model.inputs, 400)
+    x[:, 0] = 10.0 * torch.arange(400)
+    x[:, 1] = 20 + torch.cat([torch.zeros(100), torch.linspace(0, 10, 100), torch.full((100,), 10.0), torch.linspace(10, -25, 100)])  # .6, −2.1 K/min
+    made = to_torchscript(model, "dph", example(model.inputs, slow), slow)
+    script = load_torchscript(made)
+    assert "temperature_rate" in list(script.features)
+    flags = torch.stack([script.step_checked(row)[1] for row in x])
+    steep = Watched(model)(x)[:, Watched(model).names.index("temperature_rate")] < -1.0 - 0.02 * 2
+    assert torch.equal(~flags[:, 1], steep)
+    assert 60 < int(steep.sum()) < 100
+    assert bool(flags[:, 0].all())
+    assert not script(x).isnan().any()
 
 
 def test_a_clock_that_stands_still_is_told(bp, record) -> None:

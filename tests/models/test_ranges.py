@@ -1,5 +1,7 @@
 """Ranges of what a model was fitted to, saved beside it."""
 
+import math
+
 import pytest
 import torch
 from omegaconf import OmegaConf
@@ -7,6 +9,7 @@ from omegaconf import OmegaConf
 from zoo.catalog import RANGES_FILE, build, load, load_ranges, save_model
 from zoo.errors import InputError
 from zoo.measurements.run import Run
+from zoo.models.hybrid import Hybrid
 from zoo.models.ranges import ROOM, fitted_ranges, outside
 
 
@@ -22,7 +25,23 @@ def run(temperature: list[float], block: list[int]) -> Run:
 def test_what_was_fitted_counts_and_what_was_left_out_does_not() -> None:
     model = build("model", "bp")
     runs = [run([5.0, 20.0, 60.0], [-1, 0, 0]), run([-40.0, 30.0], [0, 1])]
-    assert fitted_ranges(model, runs) == {"temperature_c": (-40.0, 60.0)}
+    found = fitted_ranges(model, runs)
+    assert found["temperature_c"] == (-40.0, 60.0)
+    # What is left out counts as past: 55 K in two seconds, through two lags of a minute.
+    low, high = found["temperature_rate"]
+    assert low == 0.0
+    assert 0.0 < high < 60 * 70 / 60
+
+
+def test_rates_and_lags_have_ranges_in_a_network_by_itself_and_beside_effects() -> None:
+    network = build("model", "wavelet", features=["temperature", "temperature_rate", "temperature_lag600"])
+    ramp = run((20 + 0.05 * torch.arange(1200)).tolist(), [0] * 1200)
+    alone = fitted_ranges(network, [ramp])
+    assert alone["temperature_rate"] == pytest.approx((0.0, 3.0), abs=1e-3)
+    assert alone["temperature_lag600"] == pytest.approx((20.0, 20 + 60 - 0.05 * 600 * (1 - math.exp(-2))), abs=0.1)
+    together = fitted_ranges(Hybrid(network, {"mohr": build("effects", "mohr")}, ["time_s", "temperature_c"]), [ramp])
+    assert together == alone
+    assert [*fitted_ranges(build("model", "bp", features=["temperature"]), [ramp])] == ["temperature_c"]
 
 
 def test_outside_is_beyond_the_room_for_noise() -> None:

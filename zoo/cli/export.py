@@ -19,7 +19,7 @@ from zoo.export.files import SCRIPT
 from zoo.export.write import input_unit, write_export
 from zoo.given import check_switch
 from zoo.measurements.run import OUTPUT, Run
-from zoo.models.features import Features
+from zoo.models.features import RATE, Features
 from zoo.models.graybox import GrayBox
 from zoo.models.hybrid import Hybrid
 from zoo.models.prediction import raw_columns, usable_device
@@ -138,6 +138,10 @@ def _print(metadata: dict[str, Any]) -> None:
         if was and (was["column"], was["unit"] or "") != (name, unit) and name != OUTPUT:
             there = f", in {was['unit']}" if was["unit"] else ""
             console.print(f"            in the recordings {was['column']}{there}", highlight=False)
+    for name, known in metadata["trained_range"].items():
+        if known and name not in metadata["inputs"]:
+            unit = "K/min" if name.endswith(RATE) else "°C"
+            console.print(f"feature     {name:24s} trained from {known[0]:g} to {known[1]:g} {unit}", highlight=False)
     console.print(f"prediction  error in {metadata['unit_symbol']}, to be subtracted from the output", highlight=False)
     for what, apart in metadata["parity"]["largest_difference"].items():
         console.print(f"parity      {what}: {apart:.1e} {symbol(metadata['unit'])} at most", highlight=False)

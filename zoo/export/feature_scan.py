@@ -12,18 +12,18 @@ from zoo.units import convert
 class FeatureScan(nn.Module):
     """(T, C) raw columns and the state before them -> (T, F) features and the state after them.
 
-    The state is one vector (C + 2K,): the last row, then of the K features with memory the columns behind one lag and their rates behind two. NaN
-    at first. Equations as in `zoo.export.feature_stream`.
+    The state is one vector (C + 2K,): the last row, then of the K features with memory the columns behind one lag and their rates behind two; NaN
+    at first, and empty where no feature has memory. Equations as in `zoo.export.feature_stream`.
     """
 
     tau: Tensor
 
-    def __init__(self, recipes: list[Recipe], inputs: int, longest: int) -> None:
+    def __init__(self, recipes: list[Recipe], inputs: list[str], longest: int) -> None:
         """Put together.
 
         Args:
             recipes: of the features.
-            inputs: C.
+            inputs: names of the raw columns.
             longest: largest T that will be asked for.
         """
         super().__init__()
@@ -31,33 +31,34 @@ class FeatureScan(nn.Module):
         self.inputs = inputs
         self.column = [one.column for one in recipes if one.lag_s > 0]
         self.register_buffer("tau", torch.tensor([one.lag_s for one in recipes if one.lag_s > 0], dtype=torch.float64))
+        self.size = len(inputs) + 2 * len(self.column) if self.column else 0
         self.passes = (longest - 1).bit_length()
         self.per_minute = convert(1.0, "min", "s")
 
     def fresh(self) -> Tensor:
         """(C + 2K,) the state before the first row."""
-        return torch.full((self.inputs + 2 * len(self.column),), torch.nan, dtype=torch.float64)
+        return torch.full((self.size,), torch.nan, dtype=torch.float64)
 
     def forward(self, x: Tensor, state: Tensor) -> tuple[Tensor, Tensor]:
         """Compute the features, see the class."""
-        before, once, rate = self._start(x[0], state)
         if self.column:
+            before, once, rate = self._start(x[0], state)
             once, rate = self._lagged(torch.cat([before.unsqueeze(0), x]), once, rate)
-        features, k = [], 0
+            state = torch.cat([x[-1], once[-1], rate[-1]])
+        features, k = [x[:, 0]], 0
         for one in self.recipes:
             if one.lag_s > 0:
                 features.append(self.per_minute * rate[:, k] if one.is_rate else once[:, k])
                 k += 1
             else:
                 features.append(x[:, one.column])
-        after = [once[-1], rate[-1]] if self.column else []
-        return torch.stack(features, dim=-1), torch.cat([x[-1], *after])
+        return torch.stack(features, dim=-1)[:, 1:], state
 
     def _start(self, first: Tensor, state: Tensor) -> tuple[Tensor, Tensor, Tensor]:
         """Row, lagged values and rates before the first row; without a past, everything has been as it is now for a second."""
         fresh = torch.isnan(state[0])
         earlier = torch.cat([first[:1] - 1.0, first[1:]])
-        before, once, rate = state.split([self.inputs, len(self.column), len(self.column)])
+        before, once, rate = state.split([len(self.inputs), len(self.column), len(self.column)])
         soaked = first[self.column]
         return torch.where(fresh, earlier, before), torch.where(fresh, soaked, once), torch.where(fresh, torch.zeros_like(rate), rate)
 

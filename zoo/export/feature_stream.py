@@ -3,9 +3,11 @@
 # No `from __future__ import annotations`: TorchScript reads class annotations.
 import math
 
-from torch import nn
+import torch
+from torch import Tensor, nn
 
 from zoo.export.recipe import Recipe
+from zoo.models.features import one_feature
 from zoo.units import convert
 
 
@@ -15,11 +17,17 @@ class FeatureStream(nn.Module):
     Scripted, arithmetic on numbers costs a tenth of that on tensors of one number.
 
     Attributes:
+        column: (F,) where each feature's raw column stands.
+        tau: (F,) time constant of its lag [s]; 0 for a column as it is.
+        is_rate: (F,) whether it is a rate.
         before: (C,) the last sample; empty before the first.
         once: (F,) column behind one lag [column's unit].
         rate: (F,) its rate behind two lags [column's unit per second].
     """
 
+    column: list[int]
+    tau: list[float]
+    is_rate: list[bool]
     before: list[float]
     once: list[float]
     rate: list[float]
@@ -38,6 +46,13 @@ class FeatureStream(nn.Module):
         """Back to before the first sample."""
         nothing: list[float] = []  # TorchScript takes a bare [] for tensors
         self.before = nothing
+
+    def whole(self, x: Tensor) -> Tensor:
+        """(T, C) raw columns of a whole run -> (T, F) features; nothing is remembered of it."""
+        features = [x[:, 0]]
+        for column, tau, is_rate in zip(self.column, self.tau, self.is_rate):  # noqa: B905 (TorchScript's zip knows no `strict`)
+            features.append(one_feature(x[:, 0], x[:, column], tau, is_rate))
+        return torch.stack(features, dim=1)[:, 1:]
 
     def forward(self, now: list[float]) -> list[float]:
         """Take one sample.

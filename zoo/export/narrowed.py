@@ -5,7 +5,7 @@ from __future__ import annotations
 import torch
 from torch import Tensor
 
-from zoo.export.recipe import recipes
+from zoo.export.recipe import is_static
 from zoo.models.base import Model
 from zoo.models.example import example, used_inputs
 from zoo.models.ranges import Ranges
@@ -45,7 +45,7 @@ def narrowed(model: Model, ranges: Ranges) -> Model:
         model: trained.
         ranges: of its raw columns.
     """
-    if recipes(model) is not None:
+    if is_static(model):
         return model  # a network names its features
     around = {
         name: (-size, size) for name in model.inputs if name.startswith(REFERENCE) for size in [max(1.0, *map(abs, ranges.get(name, (0.0, 0.0))))]

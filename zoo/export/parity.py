@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping
 
 import torch
 from torch import Tensor
@@ -11,7 +11,7 @@ from zoo.errors import WorkError
 from zoo.export.program import load_program
 from zoo.export.torchscript import load_torchscript
 from zoo.models.base import Model
-from zoo.models.ranges import Ranges, outside
+from zoo.models.ranges import Ranges, Watched, outside
 
 AGREEMENT = 1e-9
 """Largest difference that is let pass, over the largest prediction: far more than rounding, far less than single precision would leave."""
@@ -19,15 +19,15 @@ STEPPED = 1000
 """Rows of each run that are taken one by one."""
 
 
-def differences(model: Model, inputs: Sequence[str], files: Mapping[str, bytes], tables: Mapping[str, Tensor], refused: Ranges) -> dict[str, float]:
+def differences(model: Model, asked: Model, files: Mapping[str, bytes], tables: Mapping[str, Tensor], refused: Ranges) -> dict[str, float]:
     """Largest differences between files and model over some runs, and between sample by sample and whole runs.
 
     Args:
         model: trained.
-        inputs: raw columns that the files take, some of the model's.
+        asked: the same, as it was exported: without the raw columns that decide nothing.
         files: the exported ones by name.
         tables: (T, C) raw columns of the model by run.
-        refused: ranges of the raw columns outside of which the files refuse to predict.
+        refused: ranges outside of which the files refuse to predict.
 
     Returns:
         Largest |Δ| [output's unit] by what was compared.
@@ -36,11 +36,12 @@ def differences(model: Model, inputs: Sequence[str], files: Mapping[str, bytes],
         WorkError: one of them is too large.
     """
     found: dict[str, float] = {}
+    watched = Watched(asked)
     with torch.no_grad():
         for run, x in tables.items():
             truth = model(x)
-            own = x[:, [model.inputs.index(name) for name in inputs]]
-            judged = ~outside(own, inputs, refused).any(1)
+            own = x[:, [model.inputs.index(name) for name in asked.inputs]]
+            judged = ~outside(watched(own), watched.names, refused).any(1)
             scale = float(truth.abs().max())
             for what, (given, wanted) in _pairs(files, own, truth).items():
                 apart = float((given - wanted)[judged[: len(given)]].abs().amax()) if bool(judged[: len(given)].any()) else 0.0

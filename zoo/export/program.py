@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import io
-from collections.abc import Sequence
 from importlib.util import find_spec
 
 import torch
@@ -14,9 +13,10 @@ from torch.fx import GraphModule
 from zoo.errors import InputError, WorkError
 from zoo.export.carried import CHUNK, in_pieces
 from zoo.export.feature_scan import FeatureScan
-from zoo.export.recipe import Recipe, recipes
+from zoo.export.recipe import is_static, recipes
 from zoo.export.still import still
 from zoo.models.base import FeatureModel, Model
+from zoo.models.ranges import Ranges, limits
 
 LONGEST = 2**26
 """Rows of the longest run that the exported `forward` takes: 93 h at 200 Hz."""
@@ -30,24 +30,28 @@ class Checked(nn.Module):
     low: Tensor
     high: Tensor
 
-    def __init__(self, core: nn.Module, limits: Sequence[tuple[float, float]], refuse_outside: bool) -> None:
+    def __init__(self, core: nn.Module, scan: FeatureScan, ranges: Ranges, refuse_outside: bool) -> None:
         """Put together.
 
         Args:
-            core: for rows of finite numbers whose time rises.
-            limits: (C,) between which values each raw column is taken for trained.
+            core: for rows of finite numbers whose time rises, and the features made of them.
+            scan: makes the features.
+            ranges: within which the model was trained.
             refuse_outside: whether a row outside of them gets NaN.
         """
         super().__init__()
         self.core = core
+        self.scan = scan
         self.refuse_outside = refuse_outside
-        for name, values in zip(("low", "high"), zip(*limits, strict=True), strict=True):
+        between = limits([*scan.inputs, *(one.name for one in scan.recipes)], ranges)
+        for name, values in zip(("low", "high"), zip(*between, strict=True), strict=True):
             self.register_buffer(name, torch.tensor(values, dtype=torch.float64))
 
-    def judged(self, x: Tensor, predicted: Tensor, usable: Tensor) -> Tensor:
-        """(..., C) rows, (...) predictions and whether the rows are usable -> (...) predictions, or NaN."""
+    def judged(self, x: Tensor, features: Tensor, predicted: Tensor, usable: Tensor) -> Tensor:
+        """(..., C) rows, (..., F) features, (...) predictions and whether the rows are usable -> (...) predictions, or NaN."""
         if self.refuse_outside:
-            usable = usable & ((x >= self.low) & (x <= self.high)).all(dim=-1)
+            values = torch.cat([x, features], dim=-1)
+            usable = usable & ((values >= self.low) & (values <= self.high)).all(dim=-1)
         return torch.where(usable, predicted, torch.nan)
 
 
@@ -67,52 +71,49 @@ class CheckedWhole(Checked):
         last = rows.index_select(0, (count - 1).clamp_min(0).unsqueeze(0))
         after = (place - count + 1).clamp_min(0).unsqueeze(-1)
         later = torch.cat([last[:, :1] + after.to(x.dtype), last[:, 1:].expand(x.shape[0], -1)], dim=1)
-        predicted = self.core(torch.where(after > 0, later, rows))
-        return self.judged(x, predicted[(usable.cumsum(0) - 1).clamp_min(0)], usable)
+        kept = torch.where(after > 0, later, rows)
+        features = self.scan(kept, self.scan.fresh())[0]
+        predicted = self.core(kept, features)
+        where = (usable.cumsum(0) - 1).clamp_min(0)
+        return self.judged(x, features[where], predicted[where], usable)
 
 
 class CheckedStep(Checked):
-    """One sample, the state handed in and out: (C,), (1 + S,) -> (), (1 + S,); the first of the state is the time of the last row that was used."""
+    """One sample, the state handed in and out: (C,), (1 + S,) -> (), (1 + S,).
+
+    The first of the state is the time of the last row that was used, then comes what the features remember, then what the core does.
+    """
 
     def forward(self, x: Tensor, state: Tensor) -> tuple[Tensor, Tensor]:
         """The next sample's prediction and the state after it; a state of NaN is before the first sample."""
         usable = torch.isfinite(x).all() & ~(x[0] <= state[0])
-        predicted, after = self.core(x, state[1:])
-        return self.judged(x, predicted, usable), torch.where(usable, torch.cat([x[:1], after]), state)
+        features, seen = self.scan(x.unsqueeze(0), state[1 : 1 + self.scan.size])
+        predicted, after = self.core(x, features[0], state[1 + self.scan.size :])
+        return self.judged(x, features[0], predicted, usable), torch.where(usable, torch.cat([x[:1], seen, after]), state)
 
 
 class FeatureWhole(nn.Module):
-    """A whole run of a network, (N, C) -> (N,)."""
+    """A whole run of a network, (N, C), (N, F) -> (N,)."""
 
-    fresh: Tensor
-
-    def __init__(self, model: FeatureModel, features: list[Recipe]) -> None:
+    def __init__(self, model: FeatureModel) -> None:
         super().__init__()
         self.model = model
-        self.scan = FeatureScan(features, len(model.inputs), LONGEST)
-        self.register_buffer("fresh", self.scan.fresh())
 
-    def forward(self, x: Tensor) -> Tensor:
-        """(N, C) raw columns, finite, the time rising -> (N,) predicted error."""
-        return self.model.head(self.scan(x, self.fresh)[0])
+    def forward(self, x: Tensor, features: Tensor) -> Tensor:
+        """(N, C) raw columns, finite, the time rising, and (N, F) features -> (N,) predicted error."""
+        return self.model.head(features)
 
 
-class FeatureStep(nn.Module):
-    """One sample of a network, the state handed in and out: (C,), (S,) -> (), (S,)."""
+class FeatureStep(FeatureWhole):
+    """One sample of a network, which has no state of its own: (C,), (F,), (0,) -> (), (0,)."""
 
-    def __init__(self, model: FeatureModel, features: list[Recipe]) -> None:
-        super().__init__()
-        self.model = model
-        self.scan = FeatureScan(features, len(model.inputs), 1)
-
-    def forward(self, x: Tensor, state: Tensor) -> tuple[Tensor, Tensor]:
+    def forward(self, x: Tensor, features: Tensor, state: Tensor) -> tuple[Tensor, Tensor]:  # type: ignore[override]
         """See `CheckedStep`."""
-        features, state = self.scan(x.unsqueeze(0), state)
-        return self.model.head(features).squeeze(0), state
+        return self.model.head(features), state
 
 
 class CarriedWhole(nn.Module):
-    """A whole run of any other model: its first row, then chunk after chunk, (N, C) -> (N,)."""
+    """A whole run of any other model: its first row, then chunk after chunk, (N, C), (N, F) -> (N,)."""
 
     def __init__(self, first: nn.Module, chunk: nn.Module) -> None:
         """Put together.
@@ -125,8 +126,8 @@ class CarriedWhole(nn.Module):
         self.first = first
         self.chunk = chunk
 
-    def forward(self, x: Tensor) -> Tensor:
-        """(N, C) raw columns, finite, the time rising -> (N,) predicted error."""
+    def forward(self, x: Tensor, features: Tensor) -> Tensor:
+        """(N, C) raw columns, finite, the time rising -> (N,) predicted error; by its features it is only watched."""
         from torch._higher_order_ops.scan import scan  # only where `SCANS`
 
         first, state = self.first(x[:1])
@@ -147,14 +148,14 @@ class CarriedWhole(nn.Module):
 
 
 class CarriedStep(nn.Module):
-    """One sample of any other model, the state handed in and out: (C,), (S,) -> (), (S,)."""
+    """One sample of any other model, the state handed in and out: (C,), (F,), (S,) -> (), (S,)."""
 
     def __init__(self, first: nn.Module, following: nn.Module) -> None:
         super().__init__()
         self.first = first
         self.following = following
 
-    def forward(self, x: Tensor, state: Tensor) -> tuple[Tensor, Tensor]:
+    def forward(self, x: Tensor, features: Tensor, state: Tensor) -> tuple[Tensor, Tensor]:
         """See `CheckedStep`."""
         fresh = torch.isnan(state).all()
         row = x.unsqueeze(0)
@@ -163,13 +164,13 @@ class CarriedStep(nn.Module):
         return torch.where(fresh, at_first, predicted)[0], torch.where(fresh, begun, after)
 
 
-def to_programs(model: Model, x: Tensor, limits: Sequence[tuple[float, float]], refuse_outside: bool = False) -> tuple[bytes, bytes]:
+def to_programs(model: Model, x: Tensor, ranges: Ranges, refuse_outside: bool = False) -> tuple[bytes, bytes]:
     """The files ``model.pt2`` (whole runs) and ``step.pt2`` (one sample).
 
     Args:
         model: trained; not changed.
         x: (T, C) raw columns of a record like those it will see, some thousand rows.
-        limits: (C,) between which values each raw column is taken for trained.
+        ranges: within which it was trained.
         refuse_outside: whether a row outside of them gets NaN.
 
     Raises:
@@ -177,7 +178,7 @@ def to_programs(model: Model, x: Tensor, limits: Sequence[tuple[float, float]], 
         WorkError: the same, for a reason that lies in one of its parts.
     """
     try:
-        return _programs(still(model), x, limits, refuse_outside)
+        return _programs(still(model), x, ranges, refuse_outside)
     except (InputError, WorkError):
         raise
     except Exception as error:  # whatever comes out of torch's tracing
@@ -185,22 +186,23 @@ def to_programs(model: Model, x: Tensor, limits: Sequence[tuple[float, float]], 
         raise WorkError(f"{type(model).__name__}: torch.export does not take it ({told})\nprogram=false leaves model.pt2 and step.pt2 out") from error
 
 
-def _programs(model: Model, x: Tensor, limits: Sequence[tuple[float, float]], refuse_outside: bool) -> tuple[bytes, bytes]:
-    features = recipes(model)
+def _programs(model: Model, x: Tensor, ranges: Ranges, refuse_outside: bool) -> tuple[bytes, bytes]:
     whole: nn.Module
     step: nn.Module
-    if features is not None and isinstance(model, FeatureModel):
-        whole, step = FeatureWhole(model, features), FeatureStep(model, features)
-        state = step.scan.fresh()
+    if isinstance(model, FeatureModel) and is_static(model):
+        made_of, state = recipes(model), x.new_zeros(0)
+        whole, step = FeatureWhole(model), FeatureStep(model)
     elif not SCANS:
         raise InputError(f"physical effects as model.pt2 need a newer torch than {torch.__version__}: program=false writes model.ts alone")
     else:
+        made_of = recipes(model) if refuse_outside else []  # nothing here tells what it does not refuse
         first, following = in_pieces(model, x)
         state = torch.full_like(first(x[:1])[1], torch.nan)
         chunk = _with_buffers(torch.export.export(following, (x[1 : 1 + CHUNK], state)).module())
         whole, step = CarriedWhole(first, chunk), CarriedStep(first, following)
-    state = torch.cat([torch.full_like(x[0, :1], torch.nan), state])
-    whole, step = CheckedWhole(whole, limits, refuse_outside), CheckedStep(step, limits, refuse_outside)
+    many, one = FeatureScan(made_of, model.inputs, LONGEST), FeatureScan(made_of, model.inputs, 1)
+    whole, step = CheckedWhole(whole, many, ranges, refuse_outside), CheckedStep(step, one, ranges, refuse_outside)
+    state = torch.cat([torch.full_like(x[0, :1], torch.nan), one.fresh(), state])
     rows = Dim("rows", min=1, max=LONGEST)
     program = torch.export.export(whole, (x[: 2 * CHUNK + 40],), dynamic_shapes=({0: rows},))
     return _saved(program), _saved(torch.export.export(step, (x[0], state)))

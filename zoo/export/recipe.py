@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from zoo.models.base import FeatureModel, Model
-from zoo.models.features import Features
+from zoo.models.features import Features, remembering
 
 
 @dataclass(frozen=True)
@@ -13,20 +13,28 @@ class Recipe:
     """One feature.
 
     Attributes:
+        name: of it.
         column: where its raw column stands among the model's inputs.
         lag_s: time constant of its lag [s]; 0 for a column that is taken as it is.
         is_rate: whether it is the column's rate through two such lags [K/min].
     """
 
+    name: str
     column: int
     lag_s: float
     is_rate: bool
 
 
-def recipes(model: Model) -> list[Recipe] | None:
-    """The features of a model, or None where it is more than a static map of `Features`."""
+def is_static(model: Model) -> bool:
+    """Whether a model is a static map of `Features` of all its inputs, in their order, and nothing besides."""
     extract = getattr(model, "extract", None)
-    if not isinstance(model, FeatureModel) or type(extract) is not Features or extract.inputs != model.inputs:
-        return None
-    kinds = zip(extract.column, extract.time_constant_s, extract.kind, strict=True)
-    return [Recipe(column, seconds, kind == "rate") for column, seconds, kind in kinds]
+    return isinstance(model, FeatureModel) and type(extract) is Features and extract.inputs == model.inputs
+
+
+def recipes(model: Model) -> list[Recipe]:
+    """The features of a static model; of any other, those rates and lags that a network in it is made of, by which its range is watched."""
+    extract = getattr(model, "extract", None) if is_static(model) else remembering(model)
+    if extract is None:
+        return []
+    made = zip(extract.names, extract.column, extract.time_constant_s, extract.kind, strict=True)
+    return [Recipe(name, model.inputs.index(extract.inputs[column]), seconds, kind == "rate") for name, column, seconds, kind in made]

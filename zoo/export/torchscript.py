@@ -8,7 +8,7 @@ import io
 import math
 import warnings
 import zipfile
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from contextlib import contextmanager
 from typing import Any
 
@@ -19,9 +19,10 @@ from torch.jit._trace import TracerWarning
 from zoo.errors import WorkError
 from zoo.export.carried import CHUNK, in_pieces
 from zoo.export.feature_stream import FeatureStream
-from zoo.export.recipe import Recipe, recipes
+from zoo.export.recipe import is_static, recipes
 from zoo.export.still import still
 from zoo.models.base import FeatureModel, Model
+from zoo.models.ranges import Ranges, limits
 
 
 class Core(nn.Module):
@@ -31,8 +32,8 @@ class Core(nn.Module):
         """(T, C) raw columns -> (T,) predicted error; the state of `step` is not touched."""
         raise NotImplementedError
 
-    def step(self, x: Tensor, now: list[float]) -> Tensor:
-        """The next sample, as tensor and as numbers (C,) -> () predicted error."""
+    def step(self, x: Tensor, features: list[float]) -> Tensor:
+        """The next sample, (C,) raw columns and (F,) features -> () predicted error."""
         raise NotImplementedError
 
     def forget(self) -> None:
@@ -43,11 +44,10 @@ class Core(nn.Module):
 class FeatureCore(Core):
     """A network as it was trained, and the same one sample at a time; on the CPU, there, what the weights alone decide is computed once."""
 
-    def __init__(self, model: FeatureModel, features: list[Recipe]) -> None:
+    def __init__(self, model: FeatureModel, features: int) -> None:
         super().__init__()
         self.model = model
-        self.stream = FeatureStream(features)
-        self.head = _with_constants(model, len(features))
+        self.head = _with_constants(model, features)
 
     def forward(self, x: Tensor) -> Tensor:
         """See `Core.forward`."""
@@ -55,16 +55,14 @@ class FeatureCore(Core):
         return predicted
 
     def forget(self) -> None:
-        """See `Core.forget`."""
-        self.stream.forget()
+        """See `Core.forget`; a static map remembers nothing."""
 
-    def step(self, x: Tensor, now: list[float]) -> Tensor:
+    def step(self, x: Tensor, features: list[float]) -> Tensor:
         """See `Core.step`."""
-        values = self.stream(now)
-        features = torch.empty([len(values)], dtype=x.dtype, device=x.device)
-        for i, value in enumerate(values):
-            features.select(0, i).fill_(value)  # torch.tensor(values) and features[i] = value go through single precision in TorchScript
-        predicted: Tensor = self.model.head(features) if x.is_cuda else self.head(features)
+        table = torch.empty([len(features)], dtype=x.dtype, device=x.device)
+        for i, value in enumerate(features):
+            table.select(0, i).fill_(value)  # torch.tensor(features) and table[i] = value go through single precision in TorchScript
+        predicted: Tensor = self.model.head(table) if x.is_cuda else self.head(table)
         return predicted
 
 
@@ -100,7 +98,7 @@ class CarriedCore(Core):
         """See `Core.forget`."""
         self.begun = False
 
-    def step(self, x: Tensor, now: list[float]) -> Tensor:
+    def step(self, x: Tensor, features: list[float]) -> Tensor:
         """See `Core.step`."""
         row = x.unsqueeze(0)
         if self.begun:
@@ -122,6 +120,9 @@ class Exported(nn.Module):
         unit: of the prediction.
         low: (C,) lowest trained value of each, less some room for noise.
         high: (C,) highest, with the same room.
+        features: names of the rates and lags (and whatever else) that a network is made of, F of them.
+        feature_low: (F,) their lowest trained values, less some room for noise.
+        feature_high: (F,) highest, with the same room.
         refuse_outside: whether a row outside of the trained range gets NaN; its numbers are remembered all the same, as they are the gyro's past.
         last: time of the last row that `step` used [s].
     """
@@ -130,15 +131,23 @@ class Exported(nn.Module):
     unit: str
     low: list[float]
     high: list[float]
+    features: list[str]
+    feature_low: list[float]
+    feature_high: list[float]
     refuse_outside: bool
     last: float
 
-    def __init__(self, core: Core, inputs: list[str], unit: str, limits: Sequence[tuple[float, float]], refuse_outside: bool) -> None:
+    def __init__(self, model: Model, unit: str, x: Tensor, ranges: Ranges, refuse_outside: bool) -> None:
+        """Put together, see `to_torchscript`."""
         super().__init__()
-        self.core = core
-        self.inputs = list(inputs)
+        made_of = recipes(model)
+        self.core = _core(model, x, len(made_of))
+        self.stream = FeatureStream(made_of)
+        self.inputs = list(model.inputs)
         self.unit = unit
-        self.low, self.high = [low for low, _ in limits], [high for _, high in limits]
+        self.low, self.high = _ends(self.inputs, ranges)
+        self.features = [one.name for one in made_of]
+        self.feature_low, self.feature_high = _ends(self.features, ranges)
         self.refuse_outside = refuse_outside
         self.last = -math.inf
 
@@ -154,9 +163,10 @@ class Exported(nn.Module):
         elif bool(usable.any()):
             predicted[usable] = self.core(x[usable])
         if self.refuse_outside:
-            low = torch.stack([torch.full_like(predicted, value) for value in self.low], dim=1)
-            high = torch.stack([torch.full_like(predicted, value) for value in self.high], dim=1)
-            predicted = torch.where(((x >= low) & (x <= high)).all(dim=1), predicted, torch.full_like(predicted, math.nan))
+            inside = within(x, self.low, self.high)
+            if bool(usable.any()):
+                inside[usable] &= within(self.stream.whole(x[usable]), self.feature_low, self.feature_high)
+            predicted = torch.where(inside, predicted, torch.full_like(predicted, math.nan))
         return predicted
 
     def usable(self, x: Tensor) -> Tensor:
@@ -172,25 +182,23 @@ class Exported(nn.Module):
     def reset(self) -> None:
         """Forget the past: the next sample is the first of a run."""
         self.last = -math.inf
+        self.stream.forget()
         self.core.forget()
 
     @torch.jit.export
     def step(self, x: Tensor) -> Tensor:
         """Predict the next sample, (C,) raw columns -> ()."""
-        x = self.checked(x)
-        now: list[float] = x.tolist()
-        return self.advance(x, now)
+        return self.advance(self.checked(x))[0]
 
     @torch.jit.export
     def step_checked(self, x: Tensor) -> tuple[Tensor, Tensor]:
-        """The same, with (C,) bool: whether each number is within the trained range, and the time later than before."""
+        """The same, with (C,) bool: whether each number is within the trained range, with its rate and its lags, and the time later than before."""
         x = self.checked(x)
-        now: list[float] = x.tolist()
-        inside = torch.empty([len(now)], dtype=torch.bool, device=x.device)
-        for i, value in enumerate(now):
-            inside.select(0, i).fill_(value >= self.low[i] and value <= self.high[i])
-        inside.select(0, 0).fill_(now[0] > self.last and math.isfinite(now[0]) and now[0] >= self.low[0] and now[0] <= self.high[0])
-        return self.advance(x, now), inside
+        predicted, inside = self.advance(x)
+        flags = torch.empty([len(inside)], dtype=torch.bool, device=x.device)
+        for i, one in enumerate(inside):
+            flags.select(0, i).fill_(one)
+        return predicted, flags
 
     def checked(self, x: Tensor) -> Tensor:
         """The sample in double precision; another shape is refused."""
@@ -198,30 +206,51 @@ class Exported(nn.Module):
             raise ValueError("step takes (C,) raw columns, C as many as the attribute `inputs` names")
         return x.to(torch.float64)
 
-    def advance(self, x: Tensor, now: list[float]) -> Tensor:
-        """Use one sample, or leave it out."""
-        usable = now[0] > self.last
-        inside = True
+    def advance(self, x: Tensor) -> tuple[Tensor, list[bool]]:
+        """Use one sample, or leave it out; with whether each of its numbers is within the trained range, see `step_checked`."""
+        now: list[float] = x.tolist()
+        usable = True
+        inside: list[bool] = []
         for i, value in enumerate(now):
             usable = usable and math.isfinite(value)
-            inside = inside and value >= self.low[i] and value <= self.high[i]
-        if not usable:
-            return torch.full([], math.nan, dtype=torch.float64, device=x.device)
+            inside.append(value >= self.low[i] and value <= self.high[i])
+        later = now[0] > self.last and math.isfinite(now[0])
+        inside[0] = inside[0] and later
+        if not (usable and later):
+            return torch.full([], math.nan, dtype=torch.float64, device=x.device), inside
         self.last = now[0]
-        predicted = self.core.step(x, now)
-        if self.refuse_outside and not inside:
-            return torch.full_like(predicted, math.nan)
-        return predicted
+        features = self.stream(now)
+        for i, value in enumerate(features):
+            column = self.stream.column[i]
+            inside[column] = inside[column] and value >= self.feature_low[i] and value <= self.feature_high[i]
+        predicted = self.core.step(x, features)
+        if self.refuse_outside and not all(inside):
+            predicted = torch.full_like(predicted, math.nan)
+        return predicted, inside
 
 
-def to_torchscript(model: Model, unit: str, x: Tensor, limits: Sequence[tuple[float, float]], refuse_outside: bool = False) -> bytes:
+def within(x: Tensor, low: list[float], high: list[float]) -> Tensor:
+    """(T, C) and a range for each column -> (T,) bool: rows of which all numbers lie within; in the subset of Python that TorchScript takes."""
+    inside = torch.ones([x.size(0)], dtype=torch.bool, device=x.device)
+    for i, (lowest, highest) in enumerate(zip(low, high)):  # noqa: B905 (TorchScript's zip knows no `strict`)
+        inside = inside & (x[:, i] >= lowest) & (x[:, i] <= highest)
+    return inside
+
+
+def _ends(names: list[str], ranges: Ranges) -> tuple[list[float], list[float]]:
+    """Lowest and highest value that is taken for trained, by name."""
+    found = limits(names, ranges)
+    return [low for low, _ in found], [high for _, high in found]
+
+
+def to_torchscript(model: Model, unit: str, x: Tensor, ranges: Ranges, refuse_outside: bool = False) -> bytes:
     """The file ``model.ts``.
 
     Args:
         model: trained; not changed.
         unit: of its prediction.
         x: (T, C) raw columns of a record like those it will see, some thousand rows.
-        limits: (C,) between which values each raw column is taken for trained.
+        ranges: within which it was trained.
         refuse_outside: see `Exported`.
 
     Raises:
@@ -231,7 +260,7 @@ def to_torchscript(model: Model, unit: str, x: Tensor, limits: Sequence[tuple[fl
     file = io.BytesIO()
     with _quiet():
         try:
-            torch.jit.save(torch.jit.script(Exported(_core(still(model), x), model.inputs, unit, limits, refuse_outside).eval()), file)
+            torch.jit.save(torch.jit.script(Exported(still(model), unit, x, ranges, refuse_outside).eval()), file)
         except RuntimeError as error:
             if isinstance(error, WorkError):
                 raise
@@ -239,9 +268,8 @@ def to_torchscript(model: Model, unit: str, x: Tensor, limits: Sequence[tuple[fl
     return _without_sources(file.getvalue())
 
 
-def _core(model: Model, x: Tensor) -> Core:
-    features = recipes(model)
-    if features is not None and isinstance(model, FeatureModel):
+def _core(model: Model, x: Tensor, features: int) -> Core:
+    if isinstance(model, FeatureModel) and is_static(model):
         return FeatureCore(model, features)
     first, following = in_pieces(model, x)
     with torch.no_grad():

@@ -21,7 +21,7 @@ from zoo.export.torchscript import to_torchscript
 from zoo.measurements.run import OUTPUT
 from zoo.models.base import Model
 from zoo.models.example import example
-from zoo.models.ranges import ROOM, Ranges, limits
+from zoo.models.ranges import ROOM, Ranges, Watched
 from zoo.units import output_suffix, symbol
 
 CALL = "step.pt2: (row of inputs, state) -> (prediction, state), the first state step_state times NaN; in it first the time of the last row used"
@@ -46,7 +46,7 @@ def write_export(
     Args:
         model: on the CPU, in evaluation mode.
         unit: of its prediction.
-        ranges: of the raw columns that it was fitted to.
+        ranges: of the raw columns, rates and lags that it was fitted to.
         recorded: (T, C) raw columns of runs to try the files on, by name; a made-up run is tried besides.
         out: folder of the files.
         about: what is known of the model, first in the metadata.
@@ -63,19 +63,18 @@ def write_export(
     asked = narrowed(model, ranges)
     made_up = example(model.inputs, ranges)
     own = made_up[:, [model.inputs.index(name) for name in asked.inputs]]
-    between = limits(asked.inputs, ranges)
-    files = {SCRIPT: to_torchscript(asked, unit, own, between, refuse_outside)}
+    files = {SCRIPT: to_torchscript(asked, unit, own, ranges, refuse_outside)}
     if program:
-        files[PROGRAM], files[STEP] = to_programs(asked, own, between, refuse_outside)
+        files[PROGRAM], files[STEP] = to_programs(asked, own, ranges, refuse_outside)
     tables = dict(recorded) | {"a made-up run": made_up}
-    apart = differences(model, asked.inputs, files, tables, ranges if refuse_outside else {})
+    apart = differences(model, asked, files, tables, ranges if refuse_outside else {})
     metadata = dict(about) | {
         "inputs": list(asked.inputs),
         "input_units": {name: symbol(unit) if name == OUTPUT else input_unit(name) for name in asked.inputs},
         "unit": unit,
         "unit_symbol": symbol(unit),
         "inputs_without_influence": [name for name in model.inputs if name not in asked.inputs],
-        "trained_range": {name: list(ranges[name]) if name in ranges else None for name in asked.inputs},
+        "trained_range": {name: list(ranges[name]) if name in ranges else None for name in Watched(asked).names},
         "room_outside": ROOM,
         "refuse_outside": refuse_outside,
         "step_call": CALL if program else None,

@@ -19,7 +19,7 @@ from zoo.measurements.run import OUTPUT
 from zoo.measurements.schema import Layout, Source, overruled
 from zoo.models.base import Model
 from zoo.models.places import FIRST_S
-from zoo.models.ranges import TIME, Ranges, outside
+from zoo.models.ranges import TIME, Ranges, Watched, outside
 from zoo.models.streaming import Stream, check_streams
 
 TRIED_ROWS = 3000
@@ -58,7 +58,7 @@ class Tally:
         rows: of the file.
         unpredicted: rows without a prediction, as a column that it needs has no number there.
         first_unpredicted: the first of them, the header counted as row 1, and the column that it lacks; empty where there is none.
-        outside: by column, rows outside of what was fitted, and the lowest and highest value there.
+        outside: by column, rate or lag, rows outside of what was fitted, and the lowest and highest value there.
         notes: one sentence each.
         average_s: length of the blocks [s].
         blocks: (N, 3) means of time [s], error and predicted error [output's unit].
@@ -133,7 +133,9 @@ class Compensation:
         self._sources = columns_needed(compensator, one)
         self._reference, self._average_s, self._gap_s, self._skip = reference, average_s, gap_s, skip
         self._short, self._begin, self._hottest = short, math.inf, [-math.inf] * len(self._sources)
-        self._stream = Stream(compensator.model)
+        self._stream, self._watched = Stream(compensator.model), Watched(compensator.model)
+        self._told = [name for name in self._watched.names if name in (*compensator.used, TIME) or name not in compensator.model.inputs]
+        self._watch = Stream(self._watched)
         self._recording: Recording | None = None
 
     def write(self, target: Path, progress: Callable[[float], None]) -> Tally:
@@ -216,10 +218,13 @@ class Compensation:
         return predicted
 
     def _count_outside(self, x: torch.Tensor) -> None:
-        beyond = outside(x, self._with.model.inputs, self._with.ranges)
-        for place, name in enumerate(self._with.model.inputs):
-            values = x[beyond[:, place], place]
-            if name in (*self._with.used, TIME) and len(values):
+        if not len(x):
+            return
+        table, names = self._watch(x), self._watched.names
+        beyond = outside(table, names, self._with.ranges)
+        for place, name in enumerate(names):
+            values = table[beyond[:, place], place]
+            if name in self._told and len(values):
                 count, low, high = self.tally.outside.get(name, (0, np.inf, -np.inf))
                 self.tally.outside[name] = count + len(values), min(low, float(values.min())), max(high, float(values.max()))
 

@@ -8,6 +8,7 @@ from torch import Tensor, nn
 
 from zoo.errors import InputError
 from zoo.given import check_number
+from zoo.models.base import Model
 from zoo.physics.carry import after_first, with_last
 from zoo.physics.differentiator import SMOOTHING_S
 from zoo.physics.lag import lagged
@@ -81,13 +82,36 @@ class Features(nn.Module):
         """
         features: list[Tensor] = []
         for column, kind, seconds in zip(self.column, self.kind, self.time_constant_s):  # noqa: B905 (TorchScript's zip knows no `strict`)
-            value = x[:, column]
-            if kind == "rate":
-                value = two_lag_rate(x[:, 0], value, seconds)
-            elif kind == "lag":
-                value = lagged(x[:, 0], value, torch.full_like(value[0], seconds))
-            features.append(value)
+            features.append(one_feature(x[:, 0], x[:, column], seconds, kind == "rate"))
         return torch.stack(features, dim=-1)
+
+
+def one_feature(time: Tensor, value: Tensor, seconds: float, is_rate: bool) -> Tensor:
+    """What is made of one raw column, in the subset of Python that TorchScript takes.
+
+    Args:
+        time: (T,) [s].
+        value: (T,) the column.
+        seconds: time constant [s]; 0 for the column as it is.
+        is_rate: whether it is the rate through two such lags [K/min], else the column behind one.
+
+    Returns:
+        (T,).
+    """
+    if is_rate:
+        return two_lag_rate(time, value, seconds)
+    return lagged(time, value, torch.full_like(value[0], seconds)) if seconds > 0 else value
+
+
+def remembering(model: Model) -> Features | None:
+    """The rates and lags of a model's `inputs` among the features that it, or a network in it, is made of; None where it has none."""
+    extract = next((part for part in model.modules() if type(part) is Features), None)
+    if extract is None:
+        return None
+    made = [one for one in zip(extract.names, extract.column, extract.kind, extract.time_constant_s, strict=True) if one[2] != "column"]
+    names = [name for name, column, _, _ in made if extract.inputs[column] in model.inputs]
+    smoothing = [seconds for _, _, kind, seconds in made if kind == "rate"]
+    return Features(names, *smoothing[:1]) if names else None
 
 
 def _recipe(feature: str, smoothing_s: float) -> tuple[str, str, float]:

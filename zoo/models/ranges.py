@@ -10,11 +10,11 @@ from torch import Tensor
 
 from zoo.errors import InputError
 from zoo.measurements.run import Run
-from zoo.models.base import FeatureModel, Model
-from zoo.models.features import Features
+from zoo.models.base import Model
+from zoo.models.features import Features, remembering
 
 Ranges = Mapping[str, tuple[float, float]]
-"""Smallest and largest value by raw column, in the column's unit."""
+"""Smallest and largest value by raw column, in the column's unit, and by rate [K/min] or lag that a network is made of."""
 TIME = "time_s"
 SELDOM = 0.01
 """Share of the rows of runs that may lie outside without a word."""
@@ -23,33 +23,48 @@ ROOM = 0.02
 
 
 def fitted_ranges(model: Model, runs: Sequence[Run]) -> dict[str, tuple[float, float]]:
-    """Range of each raw column of a model over the blocks that it was fitted to; not of the time, as a clock may start anywhere, but for its feature.
+    """Range of each raw column of a model, and of each rate and lag in it, over the blocks that it was fitted to.
+
+    Not of the time, as a clock may start anywhere, unless it is a feature.
 
     Args:
         model: whose `inputs` are asked for.
         runs: fitted.
     """
-    found = {}
-    for name in model.inputs:
-        if name != TIME or any(TIME in part.names for part in model.modules() if isinstance(part, Features)):
-            value = torch.cat([run.column(name)[run.block >= 0] for run in runs])
-            found[name] = float(value.min()), float(value.max())
-    return found
+    return {name: (float(values.min()), float(values.max())) for name, values in _values(model, runs).items()}
 
 
-def outside(x: Tensor, inputs: Sequence[str], ranges: Ranges) -> Tensor:
+def outside(x: Tensor, names: Sequence[str], ranges: Ranges) -> Tensor:
     """Where values lie outside of what was fitted.
 
     Args:
-        x: (T, C) raw columns.
-        inputs: their names.
-        ranges: by name; a column without a range is nowhere outside.
+        x: (T, C) raw columns or features.
+        names: theirs.
+        ranges: by name; what has no range is nowhere outside.
 
     Returns:
         (T, C) bool.
     """
-    low, high = torch.tensor(limits(inputs, ranges), dtype=x.dtype, device=x.device).unbind(1)
+    low, high = torch.tensor(limits(names, ranges), dtype=x.dtype, device=x.device).reshape(-1, 2).unbind(1)
     return (x < low) | (x > high)
+
+
+class Watched:
+    """What of a record is held against ranges, (T, C) raw columns of a model -> (T, C + W): these, and the rates and lags that are made of them.
+
+    Attributes:
+        names: of the columns returned.
+    """
+
+    def __init__(self, model: Model) -> None:
+        """Look what a model, or a network in it, is made of."""
+        self._extract = remembering(model)
+        self._places = [] if self._extract is None else [model.inputs.index(name) for name in self._extract.inputs]
+        self.names = [*model.inputs, *(self._extract.names if self._extract else [])]
+
+    def __call__(self, x: Tensor) -> Tensor:
+        """See the class."""
+        return x if self._extract is None else torch.cat([x, self._extract(x[:, self._places])], dim=1)
 
 
 def beyond(model: Model, fitted: Sequence[Run], others: Sequence[Run]) -> dict[str, dict[str, object]]:
@@ -72,20 +87,21 @@ def beyond(model: Model, fitted: Sequence[Run], others: Sequence[Run]) -> dict[s
     return found
 
 
+@torch.no_grad()
 def _values(model: Model, runs: Sequence[Run]) -> dict[str, Tensor]:
-    """The raw columns that have a range, and block means of the rates and lags that a table of features has."""
-    found = {name: torch.cat([run.column(name)[run.block >= 0] for run in runs]) for name in fitted_ranges(model, runs)}
-    extract = getattr(model, "extract", None)
-    if isinstance(model, FeatureModel) and isinstance(extract, Features):
-        with torch.no_grad():
-            table = torch.cat([run.block_mean_columns(extract(run.select(extract.inputs))) for run in runs])
-        found |= {name: column for name, kind, column in zip(extract.names, extract.kind, table.T, strict=True) if kind != "column"}
+    """(N,) values of what has a range, by name, over the rows that are judged."""
+    timed = any(TIME in part.names for part in model.modules() if isinstance(part, Features))
+    found = {name: torch.cat([run.column(name)[run.block >= 0] for run in runs]) for name in model.inputs if name != TIME or timed}
+    extract = remembering(model)
+    if extract is not None:
+        table = torch.cat([extract(run.select(extract.inputs))[run.block >= 0] for run in runs])
+        found = dict(zip(extract.names, table.T, strict=True)) | found
     return found
 
 
-def limits(inputs: Sequence[str], ranges: Ranges) -> list[tuple[float, float]]:
-    """Between which values each raw column is taken for fitted: its range and some room for noise; anything, where it has no range."""
-    known = [ranges.get(name, (-math.inf, math.inf)) for name in inputs]
+def limits(names: Sequence[str], ranges: Ranges) -> list[tuple[float, float]]:
+    """Between which values each raw column or feature is taken for fitted: its range and some room for noise; anything, where it has no range."""
+    known = [ranges.get(name, (-math.inf, math.inf)) for name in names]
     return [(low - room, high + room) for low, high in known for room in [ROOM * (high - low) if high - low < math.inf else 0.0]]
 
 

@@ -47,7 +47,7 @@ class Stream:
         """Begin a record.
 
         Args:
-            predict: the model.
+            predict: the model, or whatever else remembers by `zoo.physics.carry`.
             sizes: makes the numbers of rows to compute at a time; by default `ROWS` for ever.
         """
         self._predict, self._states = predict, list[Tensor]()
@@ -55,8 +55,8 @@ class Stream:
 
     @torch.no_grad()
     def __call__(self, x: Tensor) -> Tensor:
-        """(M, C) the record's next raw columns -> (M,) predicted error [output's unit]. The first call should bring its first minute."""
-        done, parts = 0, [x.new_zeros(0)]
+        """(M, C) the record's next raw columns -> (M, …) what is made of them, such as the error. The first call should bring the first minute."""
+        done, parts = 0, list[Tensor]()
         while done < len(x):
             size = next(self._sizes)
             if not self._states:  # a record that starts in motion is known by its first minute
@@ -64,7 +64,7 @@ class Stream:
             predicted, self._states = continued(self._predict, x[done : done + size], self._states)
             parts.append(predicted)
             done += size
-        return torch.cat(parts)
+        return torch.cat(parts) if parts else x.new_zeros(0)
 
 
 def check_streams(model: Model, x: Tensor) -> None:
