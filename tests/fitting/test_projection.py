@@ -7,7 +7,7 @@ import pytest
 import torch
 from torch import Tensor
 
-from zoo.fitting.projection import complement, orthonormal, project
+from zoo.fitting.projection import complement, log_volume, orthonormal, project
 
 
 def drawn(*size: int, seed: int = 1) -> Tensor:
@@ -112,3 +112,13 @@ def test_a_column_with_nothing_in_it_explains_nothing(dtype: torch.dtype) -> Non
     assert float(found.cost[1]) == pytest.approx(float(target.square().sum()))
     assert bool((found.amplitudes[1] == 0).all())
     assert float(found.cost[0]) == pytest.approx(float(project(columns, target).cost))
+
+
+def test_the_volume_makes_the_likelihood_of_what_no_column_reaches() -> None:
+    """log|KᵀVK| = log|V| + log|XᵀV⁻¹X| − log|XᵀX| with K an orthonormal basis of all that is orthogonal to X (Harville 1974, Biometrika 61:383)."""
+    columns, mixed = 10.0 ** torch.tensor([-6.0, 0.0, 5.0]) * drawn(40, 3), drawn(40, 40, seed=3)
+    covariance = mixed @ mixed.mT + torch.eye(40, dtype=torch.float64)
+    apart = torch.linalg.svd(columns)[0][:, 3:]
+    root = torch.linalg.inv(torch.linalg.cholesky(covariance))
+    found = torch.logdet(covariance) + log_volume(root @ columns, columns) - log_volume(columns, columns)
+    assert float(found) == pytest.approx(float(torch.logdet(apart.mT @ covariance @ apart)), abs=1e-6)

@@ -9,7 +9,7 @@ import torch
 from torch import Tensor
 
 from zoo.fitting.noise import blocks_of
-from zoo.fitting.projection import project
+from zoo.fitting.projection import log_volume, project
 from zoo.measurements.run import Run
 from zoo.scoring.noise import NoiseModel, Whitener
 
@@ -72,13 +72,17 @@ class NoiseMixtures:
         """Whether a mixture walks as few gyros do, so that something else may be taken for a walk."""
         return noise.walk >= 0.99 * MUCH_WALK * noise.white
 
-    def most_likely(self, columns: Tensor, target: Tensor, start: Place = START) -> Likely:
+    def most_likely(self, columns: Tensor, target: Tensor, start: Place = START, restricted: bool = False) -> Likely:
         """Climb to the likeliest mixture, the amplitudes fitted under each.
+
+        A slow column takes some of the slow noise away, so that the likelihood of what is left finds less of it than there is. The restricted
+        likelihood, of that part of the target which no column reaches, does not (Patterson & Thompson 1971, Biometrika 58:545).
 
         Args:
             columns: (N, K) block means of a model's columns, its tangents included [unit].
             target: (N,) block means of what they are fitted to [unit].
             start: where to climb from; by default the typical mixture.
+            restricted: whether the likelihood is.
         """
         joined = torch.cat([columns, target.unsqueeze(1)], dim=1)
         known: dict[Place, Likely] = {}
@@ -86,7 +90,7 @@ class NoiseMixtures:
         while True:
             for near in _neighbours(place):
                 if near not in known:
-                    known[near] = self._joined(near, joined)
+                    known[near] = self._joined(near, joined, restricted)
             best = max(_neighbours(place), key=lambda near: known[near].logarithm)
             if best == place:
                 return known[place]
@@ -96,15 +100,16 @@ class NoiseMixtures:
         """One mixture, see `most_likely`."""
         return self._joined(place, torch.cat([columns, target.unsqueeze(1)], dim=1))
 
-    def _joined(self, place: Place, joined: Tensor) -> Likely:
+    def _joined(self, place: Place, joined: Tensor, restricted: bool = False) -> Likely:
         noise, whitener = self.whitener(place)
         white = whitener(joined)
         cost = float(project(white[:, :-1], white[:, -1]).cost)
         walk = WALK_SHARES[place[1]] or TYPICAL_WALK
         prior = _log_prior(FLICKER_SHARES[place[0]], TYPICAL_FLICKER) + _log_prior(walk, TYPICAL_WALK)
         factor, logarithm = _best_level(cost, len(joined))
+        absorbed = log_volume(white[:, :-1], joined[:, :-1]) if restricted else 0.0
         scaled = replace(noise, white=noise.white * factor, flicker=noise.flicker * factor, walk=noise.walk * factor)
-        return Likely(logarithm - 0.5 * whitener.log_determinant + prior, scaled, cost / factor**2, place)
+        return Likely(logarithm - 0.5 * (whitener.log_determinant + absorbed) + prior, scaled, cost / factor**2, place)
 
 
 def _neighbours(place: Place) -> list[Place]:

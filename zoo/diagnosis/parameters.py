@@ -19,7 +19,7 @@ def fitted_parameters(solved: Solved, unit: str) -> dict[str, Fitted]:
 
 def scores(solved: Solved) -> Tensor:
     """(P+K, P+K) covariance that the likeliest noise gives the scores Jᵀr of a fit that was weighted with the assumed one."""
-    likely, whitener, jacobian = solved.likely.noise, solved.design.whitener, solved.fit.jacobian
+    likely, whitener, jacobian = solved.slow_noise.noise, solved.design.whitener, solved.fit.jacobian
     total = torch.zeros(jacobian.shape[1], jacobian.shape[1], dtype=jacobian.dtype, device=jacobian.device)
     pieces = [piece for blocks in solved.mixtures.runs for piece in blocks.pieces]
     for piece, factor, part in zip(pieces, whitener.factors, jacobian.split(whitener.sizes), strict=True):

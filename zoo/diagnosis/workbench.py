@@ -88,6 +88,11 @@ class Solved:
         return self.mixtures.most_likely(self.fit.plain, self.design.error, self.near)
 
     @cached_property
+    def slow_noise(self) -> Likely:
+        """The same for what the noise does to the fitted values, which have taken some of it away, see `NoiseMixtures.most_likely`."""
+        return self.mixtures.most_likely(self.fit.plain, self.design.error, self.likely.place, restricted=True)
+
+    @cached_property
     def residual(self) -> Tensor:
         """(N,) block means of error − model [unit], runs one after the other."""
         return self.design.error - self.plain_columns @ self.fit.amplitudes

@@ -44,6 +44,13 @@ def project(columns: Tensor, target: Tensor) -> Projection:
     return Projection((weights / norm.mT).squeeze(-1), residual, residual.square().sum(-1))
 
 
+def log_volume(columns: Tensor, scale: Tensor) -> float:
+    """Logarithm of the Gram determinant of columns (N, K), each over the norm of its like in `scale`; a ridge bounds what collinear ones add."""
+    scaled = columns / scale.norm(dim=0).clamp_min(torch.finfo(columns.dtype).tiny)
+    gram = scaled.mT @ scaled
+    return float(torch.logdet(gram + RIDGE * torch.eye(len(gram), dtype=gram.dtype, device=gram.device)))
+
+
 def orthonormal(columns: Tensor, tolerance: float = 1e-7) -> Tensor:
     """An orthonormal basis of the span of columns (N, K) -> (N, R), directions weaker than `tolerance` dropped."""
     scaled = columns / columns.norm(dim=-2, keepdim=True).clamp_min(1e-300)
