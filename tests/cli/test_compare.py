@@ -186,8 +186,25 @@ def test_an_exported_file_is_compared_like_the_model(recordings, sweep, tmp_path
         assert [one["fitted_runs"] for one in document["methods"]] == [["a"], ["a"]]
         for row in rows(out):
             assert row["bp"] == row["bp_exported"]
-    (folder / "metadata.json").write_text(json.dumps(facts | {"unit": "dps"}))
+    (folder / "metadata.json").write_text(json.dumps(facts | {"unit": "m_per_s2"}))
     assert run("compare", f"runs=[{folder}]", f"data.files=[{recordings / 'check.csv'}]", f"hydra.run.dir={tmp_path / 'wrong'}") == 2
+
+
+def test_recordings_in_another_unit_are_compared_like_those_in_the_models_own(recordings, sweep, tmp_path) -> None:
+    """Also by a model that takes the output and the true input, whose columns have the unit in their values and names."""
+    shown, true = ["model=bp", "model.features=[temperature,output]", "epochs=3"], ["model=graybox", "effects=[mohr,scale_factor]"]
+    for name, settings in (("shown", shown), ("true", true)):
+        assert run("train", *settings, f"data.files=[{recordings / 'a.csv'}]", "data.reference=2", f"hydra.run.dir={tmp_path / name}") == 0
+    frame = pd.read_csv(recordings / "check.csv")
+    (tmp_path / "dps").mkdir()
+    frame.assign(rate_dps=frame.pop("rate_dph") / 3600).to_csv(tmp_path / "dps" / "check.csv", index=False)
+    models = f"runs=[{sweep / '3'},{tmp_path / 'shown'},{tmp_path / 'true'}]"
+    one = compare(tmp_path / "one", models, f"data.files=[{recordings / 'check.csv'}]", "data.reference=2", "data.average_s=100")
+    other = compare(tmp_path / "other", models, f"data.files=[{tmp_path / 'dps' / 'check.csv'}]", f"data.reference={2 / 3600}", "data.average_s=100")
+    assert (one["unit"], other["unit"]) == ("dph", "dps")
+    assert len(one["rms"]) == 4
+    for name, rms in one["rms"].items():
+        assert other["rms"][name] == pytest.approx(rms / 3600, rel=1e-6)
 
 
 def test_a_run_that_was_fitted_is_told(recordings, sweep, tmp_path) -> None:

@@ -29,16 +29,16 @@ def run(verb: str, arguments: list[str]) -> int:
 
 @pytest.fixture(scope="module")
 def recordings(tmp_path_factory) -> Path:
-    """a.csv and b.csv to fit, check.csv on another program, other.csv in another unit."""
+    """a.csv and b.csv to fit, check.csv on another program, other.csv of another quantity."""
     folder = tmp_path_factory.mktemp("recordings")
     chance = torch.Generator().manual_seed(1)
-    for name, high, unit in (("a", 60.0, "dph"), ("b", 50.0, "dph"), ("check", 40.0, "dph"), ("other", 40.0, "rad_per_s")):
+    for name, high, unit in (("a", 60.0, "dph"), ("b", 50.0, "dph"), ("check", 40.0, "dph"), ("other", 40.0, "m_per_s2")):
         time = torch.arange(STEP_S / 2, 4 * 3600, STEP_S, dtype=torch.float64)
         temperature = 20 + (high - 20) * ((time / 3600 - 1).clamp(0, 1) - (time / 3600 - 3).clamp(0, 1))
         rate = torch.gradient(temperature, spacing=(time / 60,))[0]
         error = 0.2 * torch.tanh((temperature - 35) / 8) - 0.1 * rate + 0.01 * torch.randn(len(time), generator=chance, dtype=torch.float64)
         rows = [f"{t:.1f},{u:.4f},{e:.6f}" for t, u, e in zip(time.tolist(), temperature.tolist(), error.tolist(), strict=True)]
-        (folder / f"{name}.csv").write_text("\n".join([f"time_s,temperature_c,rate_{unit}", *rows]) + "\n")
+        (folder / f"{name}.csv").write_text("\n".join([f"time_s,temperature_c,{'rate' if unit == 'dph' else 'accel'}_{unit}", *rows]) + "\n")
     return folder
 
 
@@ -133,15 +133,15 @@ def test_divergence_is_a_failure_and_no_input_error(recordings, tmp_path, capsys
     assert "optimizer.lr" in capsys.readouterr().err
 
 
-def test_comparing_nothing_or_another_unit_is_an_input_error(recordings, tmp_path, capsys) -> None:
+def test_comparing_nothing_or_another_quantity_is_an_input_error(recordings, tmp_path, capsys) -> None:
     out = f"hydra.run.dir={tmp_path / 'out'}"
     assert run("compare", ["runs=[nowhere]", f"data.files=[{recordings / 'a.csv'}]", out]) == 2
     assert "nowhere" in capsys.readouterr().err
     assert train(recordings, tmp_path / "model", "model=polynomial") == 0
     assert run("compare", [f"runs={tmp_path / 'model'}", f"data.files={recordings / 'other.csv'}", out]) == 2
     message = capsys.readouterr().err
-    assert "dph" in message
-    assert "rad_per_s" in message
+    assert "trained on errors in °/h" in message
+    assert "other is in m/s²" in message
 
 
 def pasted(out: str) -> list[str]:

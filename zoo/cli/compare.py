@@ -25,6 +25,7 @@ from zoo.models.prediction import usable_device
 from zoo.scoring.comparison import UNCOMPENSATED, residuals, rms_by_kind, rms_by_stage
 from zoo.scoring.stages import Stage, bias_stability, label_stages
 from zoo.training.threads import threads_for
+from zoo.units import convert, symbol
 
 WHAT_IT_WAS = ("init", "optimizer", "seed")
 MANY = 8
@@ -93,9 +94,12 @@ def _scored(entrants: list[Entrant], runs: list[Run], device: torch.device) -> t
 
 def _prediction(entrant: Entrant, one: Run, device: torch.device) -> Tensor:
     """(N,) predicted error of one run [output's unit]."""
-    if entrant.facts.get("unit", one.unit) != one.unit:
-        raise InputError(f"{entrant.folder}: trained on an output in {entrant.facts['unit']}, but {one.name} is in {one.unit}")
-    predicted = entrant.predict(one, device)
+    unit = entrant.facts.get("unit", one.unit)
+    try:
+        asked = one.in_unit(unit)
+    except InputError as error:
+        raise InputError(f"{entrant.folder}: was trained on errors in {symbol(unit)}; {one.name} is in {symbol(one.unit)}: {error}") from error
+    predicted = convert(entrant.predict(asked, device), unit, one.unit)
     if entrant.facts.get("refuse_outside") and bool(predicted.isnan().any()):
         where = f"exported with refuse_outside=true, and {one.name} goes beyond what it was trained on"
         raise InputError(f"{entrant.folder}: {where}; export it again without, or leave out that run")

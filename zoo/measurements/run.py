@@ -9,6 +9,7 @@ import torch
 from torch import Tensor
 
 from zoo.measurements.schema import Source
+from zoo.units import convert
 
 OUTPUT = "output"
 """Name under which a model takes what the gyro showed, like a column."""
@@ -132,6 +133,21 @@ class Run:
         """The run with its tensors on a device."""
         tensors = {name: getattr(self, name).to(device) for name in ("table", "error", "count", "block")}
         return replace(self, **tensors)
+
+    def in_unit(self, unit: str) -> Run:
+        """The run as if its output had been recorded in another unit of the same quantity.
+
+        Args:
+            unit: suffix.
+
+        Raises:
+            InputError: it is of another quantity.
+        """
+        if unit == self.unit:
+            return self
+        reference = convert(self.table[:, -1:], self.unit, unit)
+        columns, table = (*self.columns[:-1], f"reference_{unit}"), torch.cat([self.table[:, :-1], reference], dim=1)
+        return replace(self, unit=unit, columns=columns, table=table, error=convert(self.error, self.unit, unit))
 
     def split(self, share: float) -> tuple[Run, Run]:
         """The run less some of ten equal pieces, and those pieces, spread evenly; the whole past is known to both.
