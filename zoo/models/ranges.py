@@ -95,7 +95,7 @@ def _values(model: Model, runs: Sequence[Run]) -> dict[str, Tensor]:
     extract = remembering(model)
     if extract is not None:
         table = torch.cat([extract(run.select(extract.inputs))[run.block >= 0] for run in runs])
-        found = dict(zip(extract.names, table.T, strict=True)) | found
+        found |= {name: values for name, values in zip(extract.names, table.T, strict=True) if name not in found}
     return found
 
 
