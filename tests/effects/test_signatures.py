@@ -55,7 +55,7 @@ STANDS = {
     "misalignment": Stand("constant", False, (1, -1, 1), "value"),
     "magnetic": Stand("constant", False, (1, -1)),
     "supply_voltage": Stand("constant", False, (1,)),
-    "warm_up": Stand("goes on", False, (1,)),
+    "warm_up": Stand("goes on", False, (1, 1)),
     "aging": Stand("goes on", False, (1,)),
     "moisture": Stand("goes on", False, (0, 0)),
     "fixture_rotation": Stand("nothing", True, (-1, -1), "sign"),

@@ -29,6 +29,7 @@ RATIOS: dict[str, tuple[str, dict[str, float]]] = {
     "scale_factor_nonlinearity": ("cubic", {"cubic_slope": 0.002}),
     "misalignment": ("slope", {"offset": 60.0, "curvature": 0.3 / 60}),
     "moisture": ("flux", {"strain": 0.3}),
+    "warm_up": ("amplitude", {"early": 0.7}),
     "chamber_cycling": ("cosine_1", {f"{wave}_{run}": 1.0 for run in range(1, RUNS + 1) for wave in ("cosine", "sine")}),
 }
 # Shapes that show within hours and within the tens of kelvins of a program; the effects' own bounds are wider.
