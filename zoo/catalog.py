@@ -153,7 +153,7 @@ def save_model(folder: Path, config: dict[str, Any], module: torch.nn.Module, ra
         folder: an existing folder.
         config: a plain mapping with `_target_`, as `create` takes it.
         module: the fitted model.
-        ranges: of its raw columns over the runs that it was fitted to, see `zoo.models.ranges`.
+        ranges: of its raw columns, rates and lags over the runs that it was fitted to, see `zoo.models.ranges`.
     """
     if ranges is not None:
         write_json(folder / RANGES_FILE, ranges)
@@ -227,7 +227,7 @@ def load_members(folder: str | Path) -> list[tuple[int, torch.nn.Module]]:
 
 
 def load_ranges(folder: str | Path) -> Ranges:
-    """Within which values a saved model was fitted, by raw column; empty where that was not saved with it.
+    """Within which values a saved model was fitted, by raw column, rate and lag; empty where that was not saved with it.
 
     Raises:
         InputError: the file holds something else.

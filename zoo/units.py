@@ -128,8 +128,11 @@ def convert(value: Value, given: str, wanted: str) -> Value:
         wanted: the suffix of the unit to return.
 
     Raises:
-        InputError: the two units measure different quantities.
+        InputError: the two units measure different quantities, or one is unknown.
     """
+    for unit in (given, wanted):
+        if unit not in UNITS:
+            raise InputError(f"unknown unit '{unit}'; possible: {', '.join(UNITS)}")
     old, new = UNITS[given], UNITS[wanted]
     if old.quantity != new.quantity:
         raise InputError(f"{old.symbol} ({old.quantity}) cannot be converted to {new.symbol} ({new.quantity})")

@@ -45,7 +45,8 @@ def report(rows: Rows, answers: Rows, out: Path, near: Rows = ()) -> str:
     (out / "table.md").write_text(text + "\n", encoding="utf-8")
     if sound:
         reliability_figure(sound, out / "reliability.png")
-        detection_figure([*single, *of(sound, "outside")], out / "detection.png")
+    if shown := [*single, *of(sound, "outside")]:
+        detection_figure(shown, out / "detection.png")
     return text
 
 

@@ -186,8 +186,9 @@ def test_an_exported_file_is_compared_like_the_model(recordings, sweep, tmp_path
         assert [one["fitted_runs"] for one in document["methods"]] == [["a"], ["a"]]
         for row in rows(out):
             assert row["bp"] == row["bp_exported"]
-    (folder / "metadata.json").write_text(json.dumps(facts | {"unit": "m_per_s2"}))
-    assert run("compare", f"runs=[{folder}]", f"data.files=[{recordings / 'check.csv'}]", f"hydra.run.dir={tmp_path / 'wrong'}") == 2
+    for unit in ("m_per_s2", "furlongs"):
+        (folder / "metadata.json").write_text(json.dumps(facts | {"unit": unit}))
+        assert run("compare", f"runs=[{folder}]", f"data.files=[{recordings / 'check.csv'}]", f"hydra.run.dir={tmp_path / 'wrong'}") == 2
 
 
 def test_recordings_in_another_unit_are_compared_like_those_in_the_models_own(recordings, sweep, tmp_path) -> None:

@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import json
 import os
+import shutil
 import sys
+from contextlib import chdir
 from pathlib import Path
 from unittest import mock
 
@@ -153,6 +155,41 @@ def test_nothing_can_be_refused_where_no_ranges_are_known(trained, tmp_path, cap
         (tmp_path / name).write_bytes((trained / name).read_bytes())
     assert run("export", [f"run={tmp_path}", "refuse_outside=true", "program=false", f"hydra.run.dir={tmp_path / 'out'}"]) == 2
     assert "no ranges.json there" in capsys.readouterr().err
+
+
+def test_nothing_can_be_refused_by_a_rate_whose_range_an_older_training_did_not_keep(trained, tmp_path, capsys) -> None:
+    for name in ("model.yaml", "weights.pt", "metrics.json"):
+        (tmp_path / name).write_bytes((trained / name).read_bytes())
+    ranges = json.loads((trained / "ranges.json").read_text())
+    (tmp_path / "ranges.json").write_text(json.dumps({"temperature_c": ranges["temperature_c"]}))
+    settings = [f"run={tmp_path}", "program=false", f"hydra.run.dir={tmp_path / 'out'}"]
+    assert run("export", [*settings, "refuse_outside=true"]) == 2
+    assert "ranges.json there has no range of temperature_rate" in capsys.readouterr().err
+    assert run("export", settings) == 0
+    assert json.loads((tmp_path / "out" / "metadata.json").read_text())["trained_range"]["temperature_rate"] is None
+
+
+@pytest.mark.slow
+def test_what_a_hybrids_network_is_made_of_is_told_and_refused(trained, tmp_path) -> None:
+    """The recordings are gone: the made-up run that the files are tried on lies within the trained rates, most of it."""
+    settings = ["model=hybrid", "model.network=bp", "effects=[hysteresis]", "epochs=5", "data.files=[gone.csv]", "data.average_s=100"]
+    with chdir(tmp_path):
+        shutil.copy(trained.parent / "chamber.csv", "gone.csv")
+        assert run("train", [*settings, "hydra.run.dir=hybrid"]) == 0
+        Path("gone.csv").unlink()
+        assert run("export", ["run=hybrid", "refuse_outside=true", "program=false", "hydra.run.dir=out"]) == 0
+    metadata = json.loads((tmp_path / "out" / "metadata.json").read_text())
+    assert metadata["features"]["temperature_rate"]["tau_s"] > 0
+    low, high = metadata["trained_range"]["temperature_rate"]
+    assert -0.61 < low < -0.5 < 0.5 < high < 0.61  # 30 K over 3000 s
+    assert list(metadata["parity"]["runs"]) == ["a made-up run"]
+    assert set(metadata["parity"]["largest_difference"]) == {"model.ts forward and the model", "model.ts step and forward"}
+    script = torch.jit.load(tmp_path / "out" / "model.ts")
+    time = torch.arange(0, 1000, 10.0, dtype=torch.float64)
+    steep = torch.stack([time, 20 + (time - 500).clamp(0) / 30], dim=1)  # 2 K/min
+    silent = script(steep).isnan()
+    assert not silent[:51].any()
+    assert silent[70:].all()
 
 
 @pytest.mark.slow

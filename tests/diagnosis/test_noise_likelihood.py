@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 import statistics
 
 import pytest
@@ -12,10 +11,10 @@ from zoo.diagnosis.noise_likelihood import NoiseMixtures
 from zoo.measurements.run import Run
 from zoo.scoring.noise import NoiseModel
 
-WHITE, WALK, BLOCKS, DRAWS = 0.01, 0.8, 240, 40
+WHITE, WALK, BLOCKS, DRAWS = 0.01, 0.5, 400, 40
 
 
-def hours(blocks: int, length: float = 100.0) -> Run:
+def hours(blocks: int, length: float = 600.0) -> Run:
     """A run of so many blocks of which nothing but the time matters."""
     time = length * (0.5 + torch.arange(blocks, dtype=torch.float64))
     table = torch.stack([time, 20 + 0 * time, 0 * time], dim=-1)
@@ -23,35 +22,53 @@ def hours(blocks: int, length: float = 100.0) -> Run:
     return Run("run", "dph", length, ("time_s", "temperature_c", "reference_dph"), table, 0 * time, ones, torch.arange(blocks))
 
 
-@pytest.mark.slow
-def test_slow_columns_hide_the_walk_from_the_likelihood_and_not_from_the_restricted_one() -> None:
-    """Eight powers of time take most of a random walk away; what is left looks quieter than it was, unless that is reckoned with."""
-    mixtures = NoiseMixtures([hours(BLOCKS)], WHITE)
-    covariance = NoiseModel(WHITE, 0.18 * WHITE, WALK * WHITE).covariance(mixtures.runs[0])
+def drawn(covariance: torch.Tensor) -> list[torch.Tensor]:
+    """Some draws of a noise."""
     root, chance = torch.linalg.cholesky(covariance), torch.Generator().manual_seed(1)
-    powers = torch.linspace(-1, 1, BLOCKS, dtype=torch.float64).unsqueeze(1) ** torch.arange(9)
-    plain, restricted = [], []
-    for _ in range(DRAWS):
-        target = root @ torch.randn(BLOCKS, generator=chance, dtype=torch.float64)
-        plain.append(mixtures.most_likely(powers, target).noise.walk / WHITE)
-        restricted.append(mixtures.most_likely(powers, target, restricted=True).noise.walk / WHITE)
-    assert all(more >= less for more, less in zip(restricted, plain, strict=True))
-    assert statistics.mean(plain) < statistics.mean(restricted) - 2 * statistics.stdev(restricted) / math.sqrt(DRAWS)
-    assert abs(statistics.mean(restricted) - WALK) < abs(statistics.mean(plain) - WALK)
+    return [root @ torch.randn(len(root), generator=chance, dtype=torch.float64) for _ in range(DRAWS)]
 
 
-def test_what_the_columns_reach_makes_no_difference() -> None:
-    """Nor does a likelihood of either kind change when the columns are mixed among each other, but for a constant."""
+@pytest.mark.slow
+def test_slow_columns_hide_the_walk_from_the_likelihood_and_less_from_the_restricted_one() -> None:
+    """Eight powers of time take most of a random walk away; the likelihood of what is left sees next to none, the restricted one more than half."""
     mixtures = NoiseMixtures([hours(BLOCKS)], WHITE)
+    powers = torch.linspace(-1, 1, BLOCKS, dtype=torch.float64).unsqueeze(1) ** torch.arange(9)
+    plain, restricted = (
+        statistics.mean(mixtures.most_likely(powers, one, restricted=kind).noise.walk for one in every) / WHITE
+        for kind in (False, True)
+        for every in [drawn(NoiseModel(WHITE, 0.18 * WHITE, WALK * WHITE).covariance(mixtures.runs[0]))]
+    )
+    assert plain < 0.1 * WALK
+    assert 0.5 * WALK < restricted < 1.2 * WALK
+
+
+@pytest.mark.parametrize("width", [15, 30])
+def test_many_columns_make_what_is_left_quieter_and_that_is_reckoned_with(width) -> None:
+    """K of N columns take K/N of the variance of white noise; the restricted likelihood knows of N − K."""
+    mixtures = NoiseMixtures([hours(120, 100.0)], WHITE)
+    columns = torch.randn(120, width, generator=torch.Generator().manual_seed(2), dtype=torch.float64)
+    every = drawn(NoiseModel(WHITE, 0.18 * WHITE, 0.1 * WHITE).covariance(mixtures.runs[0]))
+    plain, restricted = (statistics.mean(mixtures.most_likely(columns, one, restricted=kind).noise.white for one in every) for kind in (False, True))
+    assert restricted == pytest.approx(WHITE, rel=0.01)
+    assert plain < restricted - 0.02 * WHITE
+
+
+@pytest.mark.parametrize("unit", [1.0, 1e-9, 1e9])
+def test_what_the_columns_reach_makes_no_difference(unit) -> None:
+    """Nor do their mixtures, but for a constant, nor the unit of the output; and one column twice is still a column."""
+    white = unit * WHITE
+    mixtures = NoiseMixtures([hours(BLOCKS)], white)
     chance = torch.Generator().manual_seed(2)
-    columns, target = (torch.randn(BLOCKS, size, generator=chance, dtype=torch.float64) for size in (4, 1))
+    columns = torch.randn(BLOCKS, 4, generator=chance, dtype=torch.float64).cumsum(0)
+    target = torch.randn(BLOCKS, generator=chance, dtype=torch.float64)
     weights = torch.randn(4, generator=chance, dtype=torch.float64)
     mixed = columns @ torch.randn(4, 4, generator=chance, dtype=torch.float64)
+    found = {}
     for restricted in (False, True):
-        one, moved, other = (
-            mixtures.most_likely(made, WHITE * target[:, 0] + more, restricted=restricted)
-            for made, more in ((columns, 0.0), (columns, columns @ weights), (mixed, 0.0))
-        )
-        assert one.place == moved.place == other.place
-        assert moved.logarithm == pytest.approx(one.logarithm, abs=1e-6)
+        cases = ((columns, 0.0), (columns, columns @ weights), (mixed, 0.0), (torch.cat([columns, columns[:, :1]], dim=1), 0.0))
+        one, moved, other, twice = (mixtures.most_likely(unit * made, white * target + unit * more, restricted=restricted) for made, more in cases)
+        assert one.place == moved.place == other.place == twice.place
+        assert moved.logarithm == pytest.approx(one.logarithm, abs=1e-5)
         assert other.noise == one.noise
+        found[restricted] = one.logarithm
+    assert abs(found[True] - found[False]) > 1.0

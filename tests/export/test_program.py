@@ -132,6 +132,27 @@ def test_rows_that_cannot_be_used_leave_no_trace_in_any_file(programs, record) -
     assert load_program(whole).module()(torch.full_like(x[:3], torch.nan)).isnan().all()
 
 
+@torch.no_grad()
+def test_a_thermometer_that_stood_still_in_training_is_inside_where_it_stands_still(network, record) -> None:
+    """Its rate and its lag have ranges as wide as rounding."""
+    model = network("bp", features=["temperature", "temperature_outer_rate", "temperature_outer_lag600"])
+    x = record(model.inputs, 300)
+    x[:, 2] = 23.37
+    watched = Watched(model)
+    ranges = {name: (float(one.min()), float(one.max())) for name, one in zip(watched.names, watched(x).T, strict=True) if name != "time_s"}
+    files = to_programs(model, example(model.inputs, ranges), ranges, refuse_outside=True)
+    script = load_torchscript(to_torchscript(model, "dph", example(model.inputs, ranges), ranges, refuse_outside=True))
+    step = load_program(files[1])
+    state, module = torch.full(step.example_inputs[0][1].shape, torch.nan, dtype=torch.float64), step.module()
+    for row in x:
+        predicted, state = module(row, state)
+        assert not bool(predicted.isnan())
+        assert not bool(script.step(row).isnan())
+    assert not bool(script(x).isnan().any() | load_program(files[0]).module()(x).isnan().any())
+    x[200:, 2] += 1.0
+    assert bool(script(x)[200:].isnan().all())
+
+
 @pytest.mark.slow
 @torch.no_grad()
 @pytest.mark.parametrize("kind", ["network", pytest.param("hybrid", marks=NEWER)])

@@ -9,8 +9,10 @@ from omegaconf import OmegaConf
 from zoo.catalog import RANGES_FILE, build, load, load_ranges, save_model
 from zoo.errors import InputError
 from zoo.measurements.run import Run
+from zoo.models.base import Model
+from zoo.models.features import Features
 from zoo.models.hybrid import Hybrid
-from zoo.models.ranges import ROOM, fitted_ranges, outside
+from zoo.models.ranges import ROOM, Watched, fitted_ranges, outside, unknown_ranges
 
 
 def run(temperature: list[float], block: list[int]) -> Run:
@@ -61,8 +63,49 @@ def test_they_are_saved_with_the_model(tmp_path) -> None:
     assert load_ranges(tmp_path) == ranges
 
 
-@pytest.mark.parametrize("text", ["[1, 2]", '{"temperature_c": 3}', "{", '{"temperature_c": ["a", "b"]}'])
+NO_RANGES = [
+    "[1, 2]",
+    '{"temperature_c": 3}',
+    "{",
+    '{"temperature_c": ["a", "b"]}',
+    '{"temperature_c": [NaN, 1]}',
+    '{"temperature_c": [2, 1]}',
+]
+
+
+@pytest.mark.parametrize("text", NO_RANGES)
 def test_a_file_that_holds_something_else_is_told(tmp_path, text) -> None:
     (tmp_path / RANGES_FILE).write_text(text)
     with pytest.raises(InputError, match=RANGES_FILE):
         load_ranges(tmp_path)
+
+
+class Slower(Features):
+    """Features of a user's own, with names and columns that do not tell what they are."""
+
+    def forward(self, x: torch.Tensor) -> torch.Tensor:
+        return 0.1 * super().forward(x)
+
+
+class Two(Model):
+    """A model of two networks, each with features of its own."""
+
+    def __init__(self, *features: Features) -> None:
+        super().__init__()
+        self.inputs = ["time_s", "temperature_c"]
+        self.networks = torch.nn.ModuleList(features)
+
+    def forward(self, x: torch.Tensor) -> torch.Tensor:
+        return sum((one(x).sum(-1) for one in self.networks), torch.zeros_like(x[:, 0]))
+
+
+def test_what_several_networks_are_made_of_is_watched_and_what_is_made_in_another_way_is_not() -> None:
+    model = Two(Features(["temperature_rate"]), Features(["temperature", "temperature_rate", "temperature_lag90"]), Slower(["temperature_lag600"]))
+    assert Watched(model).names == ["time_s", "temperature_c", "temperature_rate", "temperature_lag90"]
+    other = Two(Features(["temperature_rate"], 60.0), Features(["temperature_rate", "temperature_outer_lag90"], 90.0))
+    assert Watched(other).names == ["time_s", "temperature_c", "temperature_rate"]
+    x = torch.tensor([[0.0, 20.0], [60.0, 30.0], [120.0, 30.0]], dtype=torch.float64)
+    assert torch.equal(Watched(other)(x)[:, 2:], Features(["temperature_rate"], 60.0)(x))
+    assert Watched(model).of(["temperature_c"]) == Watched(model).names[1:]
+    assert Watched(model).of(["time_s"]) == ["time_s"]
+    assert unknown_ranges(model, {"temperature_rate": (0.0, 1.0)}) == ["temperature_lag90"]

@@ -23,6 +23,7 @@ from zoo.models.features import RATE, Features
 from zoo.models.graybox import GrayBox
 from zoo.models.hybrid import Hybrid
 from zoo.models.prediction import raw_columns, usable_device
+from zoo.models.ranges import unknown_ranges
 from zoo.training.run import versions
 from zoo.training.threads import threads_for
 from zoo.units import symbol
@@ -53,10 +54,10 @@ def run(config: DictConfig, out: Path) -> Path:
             f"run={saved.folder}: no metrics.json or refinement.json beside the model, which says the unit; give the whole output folder"
         )
     ranges = load_ranges(saved.folder)
-    if config.refuse_outside and not ranges:
-        raise InputError(
-            f"run={saved.folder}: no {RANGES_FILE} there, so nothing is known that refuse_outside=true could refuse; train the model again"
-        )
+    unknown = unknown_ranges(saved.module, ranges)
+    if config.refuse_outside and (not ranges or unknown):
+        lacking = f"{RANGES_FILE} there has no range of {', '.join(unknown)}" if ranges else f"no {RANGES_FILE} there"
+        raise InputError(f"run={saved.folder}: {lacking}, so it is not known what refuse_outside=true should refuse; train the model again")
     with Console(stderr=True).status("exporting, and trying the files against the model"), threads_for(0):
         runs = _training_runs(saved)
         metadata = write_export(
@@ -90,14 +91,15 @@ def _training_runs(saved: SavedModel) -> list[Run]:
 
 def _about(saved: SavedModel, runs: Sequence[Run]) -> dict[str, Any]:
     """Where the model comes from; names of files, but no folder of this machine."""
-    module, facts, features = saved.module, saved.facts, getattr(saved.module, "extract", None)
+    module, facts = saved.module, saved.facts
+    features = next((part for part in module.modules() if isinstance(part, Features)), None)
     physics = module.physics if isinstance(module, Hybrid) else module
     return {
         "schema_version": 1,
         "model": saved.kind,
         "settings": OmegaConf.to_container(OmegaConf.load(saved.folder / MODEL_FILE)),
         "formula": module.formula() or None,
-        "features": features.definitions() if isinstance(features, Features) else None,
+        "features": features.definitions() if features else None,
         "effects": [name for name, _ in physics.named_effects()] if isinstance(physics, GrayBox) else [],
         "physical": physical_values(facts),
         "trained_on": {

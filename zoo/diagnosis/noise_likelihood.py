@@ -76,7 +76,8 @@ class NoiseMixtures:
         """Climb to the likeliest mixture, the amplitudes fitted under each.
 
         A slow column takes some of the slow noise away, so that the likelihood of what is left finds less of it than there is. The restricted
-        likelihood, of that part of the target which no column reaches, does not (Patterson & Thompson 1971, Biometrika 58:545).
+        likelihood, of that part of the target which no column reaches, reckons with it (Patterson & Thompson 1971, Biometrika 58:545); where
+        hardly any slow noise is left to be seen, the prior of the mixtures decides in either.
 
         Args:
             columns: (N, K) block means of a model's columns, its tangents included [unit].
@@ -106,8 +107,8 @@ class NoiseMixtures:
         cost = float(project(white[:, :-1], white[:, -1]).cost)
         walk = WALK_SHARES[place[1]] or TYPICAL_WALK
         prior = _log_prior(FLICKER_SHARES[place[0]], TYPICAL_FLICKER) + _log_prior(walk, TYPICAL_WALK)
-        factor, logarithm = _best_level(cost, len(joined))
-        absorbed = log_volume(white[:, :-1], joined[:, :-1]) if restricted else 0.0
+        absorbed, reached = log_volume(white[:, :-1] * self.white, joined[:, :-1]) if restricted else (0.0, 0)
+        factor, logarithm = _best_level(cost, len(joined) - reached)
         scaled = replace(noise, white=noise.white * factor, flicker=noise.flicker * factor, walk=noise.walk * factor)
         return Likely(logarithm - 0.5 * (whitener.log_determinant + absorbed) + prior, scaled, cost / factor**2, place)
 

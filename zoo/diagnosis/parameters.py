@@ -13,12 +13,12 @@ SLOWLY_KNOWN = 1.3
 
 
 def fitted_parameters(solved: Solved, unit: str) -> dict[str, Fitted]:
-    """See `zoo.fitting.parameters.parameters_of`; with the errors that the likeliest noise makes, where fits are weighted with another."""
+    """See `zoo.fitting.parameters.parameters_of`; with the errors that `Solved.slow_noise` makes, where fits are weighted with another."""
     return parameters_of(solved.model, solved.fit, unit, scores(solved))
 
 
 def scores(solved: Solved) -> Tensor:
-    """(P+K, P+K) covariance that the likeliest noise gives the scores Jᵀr of a fit that was weighted with the assumed one."""
+    """(P+K, P+K) covariance that the likeliest noise, slow as it is, gives the scores Jᵀr of a fit that was weighted with the assumed one."""
     likely, whitener, jacobian = solved.slow_noise.noise, solved.design.whitener, solved.fit.jacobian
     total = torch.zeros(jacobian.shape[1], jacobian.shape[1], dtype=jacobian.dtype, device=jacobian.device)
     pieces = [piece for blocks in solved.mixtures.runs for piece in blocks.pieces]

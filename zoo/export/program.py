@@ -190,12 +190,12 @@ def _programs(model: Model, x: Tensor, ranges: Ranges, refuse_outside: bool) -> 
     whole: nn.Module
     step: nn.Module
     if isinstance(model, FeatureModel) and is_static(model):
-        made_of, state = recipes(model), x.new_zeros(0)
+        made_of, state = recipes(model, ranges), x.new_zeros(0)
         whole, step = FeatureWhole(model), FeatureStep(model)
     elif not SCANS:
         raise InputError(f"physical effects as model.pt2 need a newer torch than {torch.__version__}: program=false writes model.ts alone")
     else:
-        made_of = recipes(model) if refuse_outside else []  # nothing here tells what it does not refuse
+        made_of = recipes(model, ranges) if refuse_outside else []  # nothing here tells what it does not refuse
         first, following = in_pieces(model, x)
         state = torch.full_like(first(x[:1])[1], torch.nan)
         chunk = _with_buffers(torch.export.export(following, (x[1 : 1 + CHUNK], state)).module())

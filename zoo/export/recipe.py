@@ -6,6 +6,7 @@ from dataclasses import dataclass
 
 from zoo.models.base import FeatureModel, Model
 from zoo.models.features import Features, remembering
+from zoo.models.ranges import Ranges
 
 
 @dataclass(frozen=True)
@@ -31,10 +32,17 @@ def is_static(model: Model) -> bool:
     return isinstance(model, FeatureModel) and type(extract) is Features and extract.inputs == model.inputs
 
 
-def recipes(model: Model) -> list[Recipe]:
-    """The features of a static model; of any other, those rates and lags that a network in it is made of, by which its range is watched."""
-    extract = getattr(model, "extract", None) if is_static(model) else remembering(model)
+def recipes(model: Model, ranges: Ranges) -> list[Recipe]:
+    """The features of a static model; of any other, the rates and lags by which its range is watched: those with a range.
+
+    Args:
+        model: any.
+        ranges: within which it was trained.
+    """
+    static = is_static(model)
+    extract = getattr(model, "extract", None) if static else remembering(model)
     if extract is None:
         return []
     made = zip(extract.names, extract.column, extract.time_constant_s, extract.kind, strict=True)
-    return [Recipe(name, model.inputs.index(extract.inputs[column]), seconds, kind == "rate") for name, column, seconds, kind in made]
+    wanted = [one for one in made if static or one[0] in ranges]
+    return [Recipe(name, model.inputs.index(extract.inputs[column]), seconds, kind == "rate") for name, column, seconds, kind in wanted]

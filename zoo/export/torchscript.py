@@ -140,7 +140,7 @@ class Exported(nn.Module):
     def __init__(self, model: Model, unit: str, x: Tensor, ranges: Ranges, refuse_outside: bool) -> None:
         """Put together, see `to_torchscript`."""
         super().__init__()
-        made_of = recipes(model)
+        made_of = recipes(model, ranges)
         self.core = _core(model, x, len(made_of))
         self.stream = FeatureStream(made_of)
         self.inputs = list(model.inputs)
@@ -192,7 +192,10 @@ class Exported(nn.Module):
 
     @torch.jit.export
     def step_checked(self, x: Tensor) -> tuple[Tensor, Tensor]:
-        """The same, with (C,) bool: whether each number is within the trained range, with its rate and its lags, and the time later than before."""
+        """The same, with (C,) bool: whether each number is within the trained range, and the time later than before.
+
+        Of a row that is used, a number counts as within only with its rate and its lags.
+        """
         x = self.checked(x)
         predicted, inside = self.advance(x)
         flags = torch.empty([len(inside)], dtype=torch.bool, device=x.device)

@@ -20,7 +20,7 @@ from zoo.export.program import load_program, to_programs
 from zoo.export.torchscript import to_torchscript
 from zoo.measurements.run import OUTPUT
 from zoo.models.base import Model
-from zoo.models.example import example
+from zoo.models.example import example_within
 from zoo.models.ranges import ROOM, Ranges, Watched
 from zoo.units import output_suffix, symbol
 
@@ -61,7 +61,7 @@ def write_export(
         WorkError: a file does not say what the model says.
     """
     asked = narrowed(model, ranges)
-    made_up = example(model.inputs, ranges)
+    made_up = example_within(model, ranges)
     own = made_up[:, [model.inputs.index(name) for name in asked.inputs]]
     files = {SCRIPT: to_torchscript(asked, unit, own, ranges, refuse_outside)}
     if program:

@@ -44,11 +44,17 @@ def project(columns: Tensor, target: Tensor) -> Projection:
     return Projection((weights / norm.mT).squeeze(-1), residual, residual.square().sum(-1))
 
 
-def log_volume(columns: Tensor, scale: Tensor) -> float:
-    """Logarithm of the Gram determinant of columns (N, K), each over the norm of its like in `scale`; a ridge bounds what collinear ones add."""
-    scaled = columns / scale.norm(dim=0).clamp_min(torch.finfo(columns.dtype).tiny)
+def log_volume(columns: Tensor, scale: Tensor) -> tuple[float, int]:
+    """Logarithm of the Gram determinant of columns, and how many there are that are not zero.
+
+    Args:
+        columns: (N, K), about as large as those that scale them: a ridge bounds what collinear ones add.
+        scale: (N, K), by whose norms they are divided.
+    """
+    norm = scale.norm(dim=0)
+    scaled = columns[:, norm > 0] / norm[norm > 0]
     gram = scaled.mT @ scaled
-    return float(torch.logdet(gram + RIDGE * torch.eye(len(gram), dtype=gram.dtype, device=gram.device)))
+    return float(torch.logdet(gram + RIDGE * torch.eye(len(gram), dtype=gram.dtype, device=gram.device))), len(gram)
 
 
 def orthonormal(columns: Tensor, tolerance: float = 1e-7) -> Tensor:

@@ -134,7 +134,7 @@ class Compensation:
         self._reference, self._average_s, self._gap_s, self._skip = reference, average_s, gap_s, skip
         self._short, self._begin, self._hottest = short, math.inf, [-math.inf] * len(self._sources)
         self._stream, self._watched = Stream(compensator.model), Watched(compensator.model)
-        self._told = [name for name in self._watched.names if name in (*compensator.used, TIME) or name not in compensator.model.inputs]
+        self._told = self._watched.of((*compensator.used, TIME))
         self._watch = Stream(self._watched)
         self._recording: Recording | None = None
 

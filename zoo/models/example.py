@@ -9,11 +9,13 @@ import torch
 from torch import Tensor
 
 from zoo.models.base import Model
-from zoo.models.ranges import Ranges
+from zoo.models.ranges import Ranges, Watched, outside
 
 SAMPLES, SPAN_S, SWINGS = 2000, 36000.0, 4.3
 UNKNOWN = (0.0, 40.0)
 """Range of a column of which nothing is known."""
+SLOWER, MOSTLY = (1, 2, 4, 8, 16, 32, 64, 128, 256, 512, 1024), 0.9
+"""How many times slower a record may be, and the share of it that is to lie within what was fitted."""
 
 
 def example(inputs: Sequence[str], ranges: Ranges) -> Tensor:
@@ -33,6 +35,25 @@ def example(inputs: Sequence[str], ranges: Ranges) -> Tensor:
         low, high = ranges.get(name, UNKNOWN)
         columns.append(low + (high - low) * (0.5 - 0.5 * torch.cos(2 * math.pi * (SWINGS + 0.37 * count) * place + 0.5 * count)))
     return torch.stack(columns, dim=-1)
+
+
+@torch.no_grad()
+def example_within(model: Model, ranges: Ranges) -> Tensor:
+    """The same for a model, slower where its columns would move faster than in training: most of it lies within the ranges of rates, too.
+
+    Args:
+        model: whose `inputs` are made up.
+        ranges: by column, rate and lag.
+    """
+    x, watched = example(model.inputs, ranges), Watched(model)
+    shares = {}
+    for slower in SLOWER:
+        clock = x[0, 0] + slower * (x[:, :1] - x[0, 0])
+        stretched = torch.cat([clock, x[:, 1:]], dim=1)
+        shares[slower] = float((~outside(watched(stretched), watched.names, ranges)).all(1).double().mean()), stretched
+        if shares[slower][0] > MOSTLY:
+            break
+    return max(shares.values(), key=lambda one: one[0])[1]
 
 
 @torch.no_grad()

@@ -104,14 +104,18 @@ def one_feature(time: Tensor, value: Tensor, seconds: float, is_rate: bool) -> T
 
 
 def remembering(model: Model) -> Features | None:
-    """The rates and lags of a model's `inputs` among the features that it, or a network in it, is made of; None where it has none."""
-    extract = next((part for part in model.modules() if type(part) is Features), None)
-    if extract is None:
-        return None
-    made = [one for one in zip(extract.names, extract.column, extract.kind, extract.time_constant_s, strict=True) if one[2] != "column"]
-    names = [name for name, column, _, _ in made if extract.inputs[column] in model.inputs]
-    smoothing = [seconds for _, _, kind, seconds in made if kind == "rate"]
-    return Features(names, *smoothing[:1]) if names else None
+    """The rates and lags of a model's `inputs` among the features that it, or the networks in it, are made of; None where there are none.
+
+    Rates that are smoothed in another way than the first are left out, and so is what a class of a user's own makes in its own way.
+    """
+    found: dict[str, tuple[str, float]] = {}
+    for part in model.modules():
+        if isinstance(part, Features) and type(part).forward is Features.forward:
+            made = zip(part.names, part.column, part.kind, part.time_constant_s, strict=True)
+            found = {name: (kind, seconds) for name, at, kind, seconds in made if kind != "column" and part.inputs[at] in model.inputs} | found
+    smoothing = next((seconds for kind, seconds in found.values() if kind == "rate"), SMOOTHING_S)
+    names = [name for name, (kind, seconds) in found.items() if kind == "lag" or seconds == smoothing]
+    return Features(names, smoothing) if names else None
 
 
 def _recipe(feature: str, smoothing_s: float) -> tuple[str, str, float]:

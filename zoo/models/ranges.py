@@ -20,6 +20,8 @@ SELDOM = 0.01
 """Share of the rows of runs that may lie outside without a word."""
 ROOM = 0.02
 """Share of a range by which a value may lie outside of it: noise that the fit's means over a few seconds did not have. Engineering prior."""
+ROUNDING = 1e-9
+"""Room besides, over the largest value or over 1: what stands still has a range without any width."""
 
 
 def fitted_ranges(model: Model, runs: Sequence[Run]) -> dict[str, tuple[float, float]]:
@@ -62,9 +64,20 @@ class Watched:
         self._places = [] if self._extract is None else [model.inputs.index(name) for name in self._extract.inputs]
         self.names = [*model.inputs, *(self._extract.names if self._extract else [])]
 
+    def of(self, columns: Sequence[str]) -> list[str]:
+        """Those of the names that stand for some raw columns or are made of them."""
+        extract = self._extract
+        made = [] if extract is None else [name for name, at in zip(extract.names, extract.column, strict=True) if extract.inputs[at] in columns]
+        return [name for name in self.names if name in columns or name in made]
+
     def __call__(self, x: Tensor) -> Tensor:
         """See the class."""
         return x if self._extract is None else torch.cat([x, self._extract(x[:, self._places])], dim=1)
+
+
+def unknown_ranges(model: Model, ranges: Ranges) -> list[str]:
+    """Rates and lags that a model is made of and that have no range: of a training before these were kept."""
+    return [name for name in Watched(model).names if name not in (*model.inputs, *ranges)]
 
 
 def beyond(model: Model, fitted: Sequence[Run], others: Sequence[Run]) -> dict[str, dict[str, object]]:
@@ -102,7 +115,8 @@ def _values(model: Model, runs: Sequence[Run]) -> dict[str, Tensor]:
 def limits(names: Sequence[str], ranges: Ranges) -> list[tuple[float, float]]:
     """Between which values each raw column or feature is taken for fitted: its range and some room for noise; anything, where it has no range."""
     known = [ranges.get(name, (-math.inf, math.inf)) for name in names]
-    return [(low - room, high + room) for low, high in known for room in [ROOM * (high - low) if high - low < math.inf else 0.0]]
+    rooms = [ROOM * (high - low) + ROUNDING * max(1.0, abs(low), abs(high)) if high - low < math.inf else 0.0 for low, high in known]
+    return [(low - room, high + room) for (low, high), room in zip(known, rooms, strict=True)]
 
 
 def checked(ranges: object) -> dict[str, tuple[float, float]]:
@@ -112,6 +126,9 @@ def checked(ranges: object) -> dict[str, tuple[float, float]]:
         InputError: they are none.
     """
     try:
-        return {str(name): (float(low), float(high)) for name, (low, high) in dict(ranges).items()}  # type: ignore[call-overload]
+        found = {str(name): (float(low), float(high)) for name, (low, high) in dict(ranges).items()}  # type: ignore[call-overload]
     except (TypeError, ValueError) as error:
-        raise InputError("no ranges by column, {COLUMN: [lowest, highest], …}") from error
+        raise InputError("no ranges by column or feature, {NAME: [lowest, highest], …}") from error
+    if not all(-math.inf < low <= high < math.inf for low, high in found.values()):
+        raise InputError("a range does not go from a lowest to a highest number")
+    return found
