@@ -371,3 +371,17 @@ def test_a_ramp_steeper_than_any_in_training_is_told(tmp_path, capsys, name) -> 
     assert "outside of what was fitted" not in capsys.readouterr().out
     assert run("export", ["run=slow", "hydra.run.dir=out", "program=false"]) == 0
     assert "feature temperature_rate trained from -0.66" in " ".join(capsys.readouterr().out.split())
+
+
+def test_the_rate_of_what_stood_still_in_training_is_nothing_and_is_not_fitted_to(tmp_path, capsys) -> None:
+    """What rounding leaves of it would be blown up to unit variance, and a model of it would not even go on from chunk to chunk."""
+    frame = recording().assign(temperature_outer_c=25.1)
+    frame.to_csv("a.csv", index=False)
+    features = "model.features=[temperature,temperature_outer_rate]"
+    assert run("train", ["model=polynomial", features, "data.files=[a.csv]", "hydra.run.dir=still"]) == 0
+    assert load_model(Path("still")).formula()["coefficients"]["temperature_outer_rate"] == 0.0
+    assert json.loads(Path("still/ranges.json").read_text())["temperature_outer_rate"] == [0.0, 0.0]
+    frame.assign(temperature_outer_c=25.1 + 40 * np.clip(frame["time_s"] / 900 - 8, 0, 1)).to_csv("moving.csv", index=False)
+    capsys.readouterr()
+    assert compensate(Path("still"), "data.files=[moving.csv]") == 0
+    assert "temperature_outer_rate is outside of what was fitted (0 … 0)" in " ".join(capsys.readouterr().out.split())

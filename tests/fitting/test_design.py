@@ -113,6 +113,26 @@ def test_an_effect_that_does_not_say_that_it_takes_runs_together_sees_one_at_a_t
     assert at_means.shape == of_one.shape
 
 
+def test_another_model_of_the_same_runs_takes_over_what_was_computed_but_no_column_of_another_class() -> None:
+    """Two forms of an unknown effect may have one name; its class says what its columns are."""
+
+    class Other(Own):
+        def columns(self, history: History, shape: Tensor) -> Tensor:
+            return 3.0 * super().columns(history, shape)
+
+    first = design(["static_bias", "mohr"])
+    theta = drawn(first.model, 1)
+    first.plain_columns(theta)
+    for kind in (Own, Other, Own):
+        model = GrayBox({"static_bias": build("effects", "static_bias"), "own": kind()}, list(INPUTS))
+        made, alone = first.of(model), Design(model, RUNS, first.whitener)
+        assert made.stacks is first.stacks
+        batch = drawn(model, 3)
+        torch.testing.assert_close(made.plain_columns(batch), alone.plain_columns(batch), rtol=1e-12, atol=1e-12)
+        torch.testing.assert_close(made.cost(batch), alone.cost(batch))
+    torch.testing.assert_close(first.plain_columns(theta), design(["static_bias", "mohr"]).plain_columns(theta), rtol=1e-12, atol=1e-12)
+
+
 def test_histories_are_those_of_each_run() -> None:
     """As long as it is, with its own number and inputs, whether runs are computed together or not."""
     made = design(["static_bias", "supply_voltage"])

@@ -66,7 +66,7 @@ def describe(bench: Workbench, base: Solved) -> Description:
     best = forms.best()
     if share_of(best.solved, base) < SMOOTH and not _makes_noise(forms, best):
         return _nothing_smooth(bench, base)
-    first = next(free for free in forms.frees if any(one.effect.name == best.effect.name for one in forms.of(free)))
+    first = next(free for free in forms.frees if forms.has(free, best.effect.name))
     entries = [_entry(bench, forms.at, base, first, best)]
     entries[0]["as_good"] = _as_good(bench, forms, first)
     entries += _further(bench, best.solved, base, {first.words})

@@ -77,6 +77,10 @@ class FormBench:
         """The forms that a free function may stand for, the likeliest first, nothing refitted."""
         return self.glances(self._forms_of(free))
 
+    def has(self, free: FreeFunction, name: str) -> bool:
+        """Whether the effect of this name is one of the forms that a free function may stand for."""
+        return any(form.of(axis.of, (axis.low, axis.high)).name == name for axis, form in self._forms_of(free))
+
     def _forms_of(self, free: FreeFunction) -> list[tuple[Axis, Form]]:
         axes = {one.of: one.axis for one in self.frees}
         return [(axes[quantity], form) for quantity, form in forms_of(free) if quantity in axes]

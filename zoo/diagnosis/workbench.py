@@ -180,7 +180,12 @@ class Workbench:
     def design(self, names: tuple[str, ...]) -> Design:
         """The columns of a set of effects on the runs."""
         effects = {name: copy.deepcopy(self.effects[name]) for name in names}
-        return Design(GrayBox(effects, self.inputs, self.in_motion), self.runs, self.whitener)
+        return self._bare.of(GrayBox(effects, self.inputs, self.in_motion))
+
+    @cached_property
+    def _bare(self) -> Design:
+        """Of no effects; it keeps what all share."""
+        return Design(GrayBox({}, self.inputs, self.in_motion), self.runs, self.whitener)
 
     def solve(self, names: tuple[str, ...], starts: list[Tensor] | None = None, near: Place = START, tolerance: float = FINE) -> Solved:
         """Fit a set of effects, from the best of the given starts or from several of a grid; solutions are remembered.

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+import copy
 from collections.abc import Callable
-from functools import cached_property, partial
+from functools import cache, cached_property, partial
 
 import torch
 from torch import Tensor
@@ -13,6 +14,7 @@ from zoo.effects.bounds import to_physical, to_unit
 from zoo.errors import InputError, WorkError, in_brief
 from zoo.fitting.prior import Prior
 from zoo.fitting.projection import project
+from zoo.fitting.remembered import Remembered
 from zoo.fitting.stack import Stack, stacked
 from zoo.measurements.run import Run
 from zoo.models.graybox import GrayBox
@@ -50,9 +52,16 @@ class Design:
         """
         self.model, self.runs, self.whitener = model.to(runs[0].table.device), runs, whitener
         self.numbers = numbers or list(range(1, len(runs) + 1))
-        self.stacks = stacked(runs, self.numbers, self.model)
+        self.stacks, self._remembered = stacked(runs, self.numbers, self.model), Remembered()
         self.error = torch.cat([run.block_mean(run.error) for run in runs])
         self.target = whitener(self.error.unsqueeze(-1)).squeeze(-1)
+
+    def of(self, model: GrayBox) -> Design:
+        """The same runs and noise for another model of the same inputs, with all that was computed of them."""
+        other = copy.copy(self)
+        other.__dict__.pop("prior", None)
+        other.model = model.to(self.error.device)
+        return other
 
     @cached_property
     def prior(self) -> Prior:
@@ -83,16 +92,21 @@ class Design:
         """Block means of some runs; what several θ share (a Jacobian's steps mostly do) is computed once."""
         at = len(self.model.coil_parameters)
         coil, coil_index = torch.unique(physical[:, :at], dim=0, return_inverse=True)
-        places = stack.places(coil)
+        coils, places = [tuple(one) for one in coil.tolist()], cache(partial(stack.places, self.model, coil))
         parts = []
-        for _, effect in self.model.named_effects():
+        for name, effect in self.model.named_effects():
             shape = physical[:, at : at + len(effect.shape)]
             at += len(effect.shape)
             where = coil_index if effect.place == "coil" else torch.zeros_like(coil_index)
             rows, index = torch.unique(torch.cat([where.unsqueeze(1).to(shape), shape], dim=1), dim=0, return_inverse=True)
-            place = places[effect.place]
-            history = place.take(rows[:, 0].long()) if effect.place == "coil" else place
-            parts.append(stack.block_means(effect, history, partial(_columns, effect, rows[:, 1:]), len(rows))[index])
+
+            def made(new: list[int], effect: Effect = effect, rows: Tensor = rows) -> Tensor:
+                own, place = rows[new], places()[effect.place]
+                history = place.take(own[:, 0].long()) if effect.place == "coil" else place
+                return stack.block_means(effect, history, partial(_columns, effect, own[:, 1:]), len(own))
+
+            keys = [(stack, type(effect), name, coils[int(at)] if effect.place == "coil" else (), *own) for at, *own in rows.tolist()]
+            parts.append(self._remembered.batch(keys, made)[index])
         return torch.cat(parts, dim=-1)
 
     def effect_columns_at_means(self, effect: Effect, places: Places, shapes: Tensor) -> Tensor:
@@ -112,7 +126,7 @@ class Design:
         """The same as `effect_columns` takes them."""
         parameters = [p for _, p in self.model.parameters_of_theta()]
         coil = to_physical(theta, parameters)[: len(self.model.coil_parameters)]
-        return [stack.places(coil) for stack in self.stacks]
+        return [stack.places(self.model, coil) for stack in self.stacks]
 
     def effect_columns(
         self, effect: Effect, places: Places, shapes: Tensor, whitener: Callable[[Tensor], Tensor] | None = None, distinct: bool = False

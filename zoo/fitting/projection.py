@@ -27,21 +27,20 @@ class Projection(NamedTuple):
 def project(columns: Tensor, target: Tensor) -> Projection:
     """Least-squares amplitudes of each column set.
 
-    Columns are scaled to unit norm first; a ridge of 1e-10 keeps collinear columns harmless (their common amplitude is split between them).
+    Columns count as scaled to unit norm; a ridge of 1e-10 keeps collinear columns harmless (their common amplitude is split between them).
 
     Args:
         columns: (..., N, K).
         target: (N,) or (..., N).
     """
-    norm = columns.norm(dim=-2, keepdim=True).clamp_min(torch.finfo(columns.dtype).tiny)
-    scaled = columns / norm
-    gram = scaled.mT @ scaled
-    gram = gram + RIDGE * torch.eye(gram.shape[-1], dtype=gram.dtype, device=gram.device)
-    right = scaled.mT @ target.unsqueeze(-1)
+    gram, right = columns.mT @ columns, columns.mT @ target.unsqueeze(-1)
+    squares = gram.diagonal(dim1=-2, dim2=-1)
+    norm = torch.where(squares > 0, squares, 1.0).sqrt().unsqueeze(-1)  # (..., K, 1)
+    gram = gram / norm / norm.mT + RIDGE * torch.eye(gram.shape[-1], dtype=gram.dtype, device=gram.device)
     factor, _ = torch.linalg.cholesky_ex(gram)
-    weights = torch.cholesky_solve(right, factor)
-    residual = target - (scaled @ weights).squeeze(-1)
-    return Projection((weights / norm.mT).squeeze(-1), residual, residual.square().sum(-1))
+    weights = torch.cholesky_solve(right / norm, factor) / norm
+    residual = target - (columns @ weights).squeeze(-1)
+    return Projection(weights.squeeze(-1), residual, residual.square().sum(-1))
 
 
 def log_volume(columns: Tensor, scale: Tensor) -> tuple[float, int]:

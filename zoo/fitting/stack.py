@@ -10,6 +10,7 @@ import torch
 from torch import Tensor
 
 from zoo.effects.base import OF_PLACE, Effect, History
+from zoo.measurements.averager import Averager
 from zoo.measurements.run import Run
 from zoo.models.graybox import GrayBox
 
@@ -28,8 +29,8 @@ def stacked(runs: list[Run], numbers: list[int], model: GrayBox) -> list[Stack]:
         model: what is fitted to them; where their first temperatures are fitted as well, each run has its own.
     """
     if len(runs) > 1 and not model.in_motion and _alike(runs):
-        return [Stack(runs, numbers, model)]
-    return [Stack([run], [number], model) for run, number in zip(runs, numbers, strict=True)]
+        return [Stack(runs, numbers, model.inputs)]
+    return [Stack([run], [number], model.inputs) for run, number in zip(runs, numbers, strict=True)]
 
 
 def _alike(runs: list[Run]) -> bool:
@@ -44,28 +45,29 @@ def _alike(runs: list[Run]) -> bool:
 class Stack:
     """One run, or R runs whose histories have a leading axis: (R, ..., T) where those of one have (..., T)."""
 
-    def __init__(self, runs: list[Run], numbers: list[int], model: GrayBox) -> None:
+    def __init__(self, runs: list[Run], numbers: list[int], inputs: list[str]) -> None:
         """Keep the tensors ready; shorter runs go on as they ended, which nobody looks at.
 
         Args:
             runs: recorded alike.
             numbers: of each run, from 1.
-            model: whose inputs are taken.
+            inputs: columns that models take.
         """
-        self.runs, self.numbers, self.model = runs, numbers, model
-        tables = [run.select(model.inputs) for run in runs]
+        self.runs, self.numbers = runs, numbers
+        tables = [run.select(inputs) for run in runs]
         self.lengths = [len(table) for table in tables]
         self.samples = max(self.lengths) * len(runs)
         self.table, self.number = tables[0], numbers[0] if len(runs) == 1 else torch.tensor(numbers).to(tables[0]).reshape(-1, 1, 1)
         if len(runs) > 1:
             longest = max(tables, key=len)
             self.table = torch.stack([_lasting(table, longest[:, 0]) for table in tables]).unsqueeze(1)
-        self._housing: History | None = None
+        self._housing: dict[frozenset[str], History] = {}
 
-    def places(self, coil: Tensor) -> dict[str, History]:
-        """The histories at each place for parameters of the coil (..., P); the housing's, which no parameter changes, is computed once."""
-        places = self.model.histories(self.table, coil, self.number, self._housing)
-        self._housing = places["housing"]
+    def places(self, model: GrayBox, coil: Tensor) -> dict[str, History]:
+        """A model's histories at each place for parameters of its coil (..., P); the housing's, which no parameter changes, is computed once."""
+        needs = model.needs
+        places = model.histories(self.table, coil, self.number, self._housing.get(needs))
+        self._housing[needs] = places["housing"]
         return places
 
     def apart(self, history: History) -> list[History]:
@@ -97,22 +99,12 @@ class Stack:
 
     def _averaged(self, columns: Tensor) -> Tensor:
         """(R, B, T, K) -> (B, N, K), time first in memory."""
-        wide = columns.movedim(2, 1)
-        means = torch.sparse.mm(self._averager, wide.reshape(self.samples, -1))
-        return means.reshape(-1, *wide.shape[2:]).movedim(0, -2)
+        return self._averager(columns.movedim(2, 1).flatten(0, 1)).movedim(0, -2)
 
     @cached_property
-    def _averager(self) -> Tensor:
-        """(N, R·T) sparse: the share of each sample of each run in its block."""
-        places, shares, blocks = [], [], 0
-        for i, run in enumerate(self.runs):
-            own = run.averager
-            offset = torch.tensor([[blocks], [i * max(self.lengths)]], device=own.device)
-            places.append(own.indices() + offset)
-            shares.append(own.values())
-            blocks += run.blocks
-        size = (blocks, self.samples)
-        return torch.sparse_coo_tensor(torch.cat(places, dim=1), torch.cat(shares), size, check_invariants=True).coalesce()
+    def _averager(self) -> Averager:
+        """Of all runs one after the other."""
+        return Averager.joined([run.averager for run in self.runs], max(self.lengths))
 
 
 def _lasting(table: Tensor, clock: Tensor) -> Tensor:

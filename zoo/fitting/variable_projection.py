@@ -14,7 +14,8 @@ from zoo.fitting.prior import Prior
 from zoo.fitting.projection import Projection, project
 
 STEP = 1e-4
-DAMPINGS = (1e-5, 1e-3, 1e-2, 0.1, 1.0, 10.0, 300.0)
+DAMPINGS, HEAVY = (1e-5, 1e-3, 1e-2, 0.1, 1.0, 10.0), (300.0,)
+"""Tried at once, and where none of these gains anything to speak of (one step in forty)."""
 AGAIN = (2.0, 8.0)
 """Multiples of the last step that are tried as well (a pattern move, Hooke & Jeeves 1961): along a bent valley damped steps creep one way."""
 REACH = 0.25
@@ -165,20 +166,25 @@ def fit(
     taken, little, last = 0, 0, torch.zeros_like(theta)
     here = _linearise(columns, weigh, target, theta)
     while taken < iterations and theta.numel() and little < PATIENCE:
-        steps, hoped = _steps(theta, here.columns, here.tangent, here.solution.residual, prior)
+        normal, slope = _normal(theta, here.columns, here.tangent, here.solution.residual, prior)
+        steps, hoped = _steps(normal, slope, DAMPINGS)
         enough = tolerance * 100 * float(here.solution.cost) / target.numel()
         if hoped < enough:
             break
-        again = [times * last for times in AGAIN] if taken else []
-        trials = (theta + torch.stack([*steps, *again])).clamp(0.0, 1.0)
-        cost = project(weigh(columns(trials)), target).cost + prior.cost(trials)
-        cost = torch.where(cost.isfinite(), cost, torch.inf)
-        best = int(cost.argmin())
-        gain = float(here.solution.cost + prior.cost(theta) - cost[best])
+        best, gain = theta, 0.0
+        for tried in ([*steps, *(times * last for times in AGAIN if taken)], _steps(normal, slope, HEAVY)[0]):
+            trials = (theta + torch.stack(tried)).clamp(0.0, 1.0)
+            cost = project(weigh(columns(trials)), target).cost + prior.cost(trials)
+            cost = torch.where(cost.isfinite(), cost, torch.inf)
+            gained = float(here.solution.cost + prior.cost(theta) - cost.min())
+            if gained > gain:
+                best, gain = trials[int(cost.argmin())], gained
+            if gain >= enough:
+                break
         if gain <= 0:
             break
         taken, little = taken + 1, little + 1 if gain < enough else 0
-        theta, last = trials[best], trials[best] - theta
+        theta, last = best, best - theta
         here = _linearise(columns, weigh, target, theta)
     found, slope = here.solution, here.tangent.mT @ here.solution.residual + prior.slope(theta)
     inside = ~_blocked(theta, slope) & (here.tangent.norm(dim=0) >= WEAKEST)
@@ -224,13 +230,17 @@ def _blocked(theta: Tensor, slope: Tensor) -> Tensor:
     return ((theta <= 0) & (slope < 0)) | ((theta >= 1) & (slope > 0))
 
 
-def _steps(theta: Tensor, basis: Tensor, tangent: Tensor, residual: Tensor, prior: Prior) -> tuple[list[Tensor], float]:
-    """(P,) each, one a damping: Gauss–Newton in the complement of the columns; and by how much the first would lower the cost of a linear model."""
-    outside = torch.stack([project(basis, tangent[:, i]).residual for i in range(tangent.shape[1])], dim=1)
-    normal = outside.mT @ outside + torch.diag(prior.weight.to(theta))
+def _normal(theta: Tensor, basis: Tensor, tangent: Tensor, residual: Tensor, prior: Prior) -> tuple[Tensor, Tensor]:
+    """(P, P) and (P,) of the normal equations of a step, in the complement of the columns; a parameter that its bound holds back stays."""
+    outside = project(basis, tangent.mT).residual.mT
     slope = outside.mT @ residual + prior.slope(theta)
     free = (~_blocked(theta, slope)).to(theta)
-    normal = normal * free.unsqueeze(0) * free.unsqueeze(1) + torch.diag(1 - free)
+    normal = (outside.mT @ outside + torch.diag(prior.weight.to(theta))) * free.unsqueeze(0) * free.unsqueeze(1)
+    return normal + torch.diag(1 - free), slope * free
+
+
+def _steps(normal: Tensor, slope: Tensor, dampings: tuple[float, ...]) -> tuple[list[Tensor], float]:
+    """(P,) each, one a damping; and by how much the first would lower the cost of a linear model if it were taken at its full length."""
     scale = normal.diagonal().clamp_min(1e-12 * float(normal.diagonal().max()) + 1e-300)
-    steps = [torch.linalg.solve(normal + damping * torch.diag(scale), slope * free) for damping in DAMPINGS]
+    steps = [torch.linalg.solve(normal + damping * torch.diag(scale), slope) for damping in dampings]
     return [step.clamp(-REACH, REACH) for step in steps], float(slope @ steps[0])

@@ -8,6 +8,7 @@ from functools import cached_property
 import torch
 from torch import Tensor
 
+from zoo.measurements.averager import Averager
 from zoo.measurements.schema import Source
 from zoo.units import convert
 
@@ -107,19 +108,12 @@ class Run:
 
     def block_mean_columns(self, value: Tensor) -> Tensor:
         """The same for columns: (..., T, K) -> (..., N, K)."""
-        wide = value.movedim(-2, 0)
-        means = torch.sparse.mm(self.averager.to(value.dtype), wide.reshape(wide.shape[0], -1))
-        return means.reshape(self.blocks, *wide.shape[1:]).movedim(0, -2)
+        return self.averager(value.movedim(-2, 0)).movedim(0, -2)
 
     @cached_property
-    def averager(self) -> Tensor:
-        """(N, T) sparse: the share of each fine sample in its block."""
-        keep = torch.nonzero(self.block >= 0).squeeze(-1)
-        index, weight = self.block[keep], self.count[keep].to(self.table.dtype)
-        total = torch.zeros(self.blocks, dtype=weight.dtype, device=weight.device).index_add(0, index, weight)
-        return torch.sparse_coo_tensor(
-            torch.stack([index, keep]), weight / total[index], (self.blocks, self.block.numel()), check_invariants=True
-        ).coalesce()
+    def averager(self) -> Averager:
+        """Means over the blocks, each fine sample weighted by its count of recorded rows."""
+        return Averager.weighted(self.block, self.count.to(self.table.dtype))
 
     def block_share(self) -> Tensor:
         """(N,) recorded rows behind each block mean over those of the fullest block."""

@@ -9,7 +9,7 @@ from torch import Tensor, nn
 from zoo.errors import InputError
 from zoo.given import check_number
 from zoo.models.base import Model
-from zoo.physics.carry import after_first, with_last
+from zoo.physics.carry import after_first, at_start, with_last
 from zoo.physics.differentiator import SMOOTHING_S
 from zoo.physics.lag import lagged
 from zoo.physics.recurrence import affine
@@ -153,6 +153,7 @@ def two_lag_rate(time: Tensor, temperature: Tensor, smoothing_s: float) -> Tenso
     Returns:
         (T,) [K/min].
     """
+    temperature = temperature - at_start(temperature)  # so that the rate of what stands still is 0 and not what rounding leaves of it
     tau = torch.full_like(temperature[0], smoothing_s)
     once = with_last(lagged(time, temperature, tau))
     step, known = torch.diff(with_last(time)), with_last(temperature)

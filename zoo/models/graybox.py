@@ -53,6 +53,11 @@ class GrayBox(Model):
         """The effects with their names, in order."""
         return self.effects.named()
 
+    @property
+    def needs(self) -> frozenset[str]:
+        """Recorded columns that the effects ask for."""
+        return frozenset(column for _, effect in self.named_effects() for column in effect.needs)
+
     def parameters_of_theta(self) -> tuple[tuple[str, Parameter], ...]:
         """Owner (``"coil"`` or an effect) and declaration of every entry of θ."""
         own = [("coil", p) for p in self.coil_parameters]
@@ -83,8 +88,7 @@ class GrayBox(Model):
             run: its number, or theirs (R, 1, 1).
             housing: of the housing, where it is known already.
         """
-        asked = {column for _, effect in self.named_effects() for column in effect.needs}
-        apart = {self.inputs[0], self.inputs[-1], *self.thermometers} - asked
+        apart = {self.inputs[0], self.inputs[-1], *self.thermometers} - self.needs
         table = {name: x[..., i] for i, name in enumerate(self.inputs) if name not in apart}
         table["reference"] = x[..., -1]
         thermometers = torch.stack([x[..., self.inputs.index(name)] for name in self.thermometers], dim=-1)

@@ -31,8 +31,9 @@ def lagged(time: Tensor, drive: Tensor, tau: Tensor, start: Tensor | None = None
         ratio = steps[:1] / tau.unsqueeze(-1)
         parts.append(geometric(ratio.squeeze(-1), _forced(ratio, known[..., : even + 1]), first))
         last = parts[0][..., -1]
-    ratio = steps[even:] / tau.unsqueeze(-1)
-    parts.append(affine(torch.exp(-ratio), _forced(ratio, known[..., even:]), last))
+    if not even or even < len(steps):
+        ratio = steps[even:] / tau.unsqueeze(-1)
+        parts.append(affine(torch.exp(-ratio), _forced(ratio, known[..., even:]), last))
     return after_first(first, torch.cat(parts, dim=-1))
 
 

@@ -15,6 +15,8 @@ from zoo.scoring.inverse_root import InverseRoot
 CHAIN_RATIO = 4.0
 WHITENED_AT_ONCE = 1000
 DIFFERENCED = 3
+SAME_TIMES = 1e-9
+"""Share of a block by which the times of blocks may differ that were recorded alike: means are rounded."""
 MOSTLY_FILLED = 0.7
 """Share of columns with anything in them above which sorting them out costs more than it saves."""
 NORMAL = NormalDist()
@@ -36,9 +38,11 @@ class Blocks:
 
     def begins(self, other: Blocks) -> bool:
         """Whether noise makes of these what it makes of the first of the others, as in runs recorded alike that last as long or not as long."""
-        size = len(self.time)
-        alike = self.begin == other.begin and torch.equal(self.time, other.time[:size]) and torch.equal(self.share, other.share[:size])
-        return alike and self._chain == other._chain
+        size, (block, taus), (_, others) = len(self.time), self._chain, other._chain
+        if self.begin != other.begin or size > len(other.time) or len(taus) != len(others) or not torch.equal(self.share, other.share[:size]):
+            return False
+        apart = float((self.time - other.time[:size]).abs().max()) if size else 0.0
+        return apart <= SAME_TIMES * block and all(math.isclose(one, also, rel_tol=SAME_TIMES) for one, also in zip(taus, others, strict=True))
 
     def same(self, other: Blocks) -> bool:
         """Whether noise makes the same of both."""

@@ -117,5 +117,4 @@ def samples_in(model: FeatureModel) -> int:
 def _members(run: Run) -> tuple[Tensor, Tensor, Tensor]:
     """(K,) block, place on the fine grid, and share in the block, of all samples that belong to one, block by block."""
     averager = run.averager
-    block, kept = averager.indices()
-    return block, kept, averager.values()
+    return averager.block, averager.sample, averager.share
