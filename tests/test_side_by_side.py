@@ -19,6 +19,18 @@ HERE = os.getpid()
 pytestmark = pytest.mark.skipif(not module.COPIES, reason="no copies of a process on this system")
 
 
+class Lasting(dict):
+    """Work that has always lasted for seconds, so that copies are made at once."""
+
+    def get(self, *_: object) -> float:
+        return 5.0
+
+
+@pytest.fixture(autouse=True)
+def copies_are_worth_it(monkeypatch) -> None:
+    monkeypatch.setattr(module, "_paces", Lasting())
+
+
 @pytest.fixture(params=[1, 3])
 def allowed(request, monkeypatch) -> int:
     monkeypatch.setattr(module, "ALLOWED", request.param)
@@ -144,3 +156,45 @@ def test_products_are_the_same_to_the_last_digit_wherever_they_are_made(allowed)
         alone = [one @ one for one in matrices]
     for one, other in zip(side_by_side(lambda one: one @ one, matrices), alone, strict=True):
         torch.testing.assert_close(one, other, rtol=0, atol=0)
+
+
+def worked(seconds: float, items: int) -> list[int]:
+    """The processes that did each item of one kind of work."""
+
+    def where(_: int) -> int:
+        time.sleep(seconds)
+        return os.getpid()
+
+    return side_by_side(where, range(items))
+
+
+def test_what_does_not_last_is_done_here_and_what_does_by_copies(three, monkeypatch) -> None:
+    monkeypatch.setattr(module, "_paces", {})
+    assert worked(0.001, 20) == [HERE] * 20
+    suddenly = worked(0.2, 7)
+    assert suddenly[0] == HERE, "short the last time"
+    assert len(set(suddenly[1:])) == 3, "the first has shown that the rest lasts"
+    assert len(set(worked(0.2, 3))) == 3, "known to last"
+    worked(0.001, 20)
+    assert worked(0.001, 20) == [HERE] * 20, "and known not to"
+
+
+def test_a_long_item_that_comes_last_is_done_all_the_same(three, monkeypatch) -> None:
+    monkeypatch.setattr(module, "_paces", {})
+    assert side_by_side(lambda item: time.sleep(0.4 if item == 5 else 0.0) or item, range(6)) == list(range(6))
+
+
+def test_what_is_done_here_has_one_core_as_in_a_copy(three, monkeypatch) -> None:
+    """Products are rounded by the number of threads: what is done where must not matter."""
+    monkeypatch.setattr(module, "_paces", {})
+    before = torch.get_num_threads()
+    assert side_by_side(lambda _: torch.get_num_threads(), range(4)) == [1] * 4
+    assert torch.get_num_threads() == before
+
+
+def test_what_goes_wrong_here_is_raised_and_leaves_all_threads(three, monkeypatch) -> None:
+    monkeypatch.setattr(module, "_paces", {})
+    before = torch.get_num_threads()
+    with pytest.raises(ZeroDivisionError):
+        side_by_side(lambda item: 1 / item, [1, 0, 1])
+    assert torch.get_num_threads() == before

@@ -15,7 +15,7 @@ import sys
 import threading
 import time
 import warnings
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Hashable, Iterable, Iterator
 from contextlib import contextmanager, suppress
 from contextvars import ContextVar
 from dataclasses import dataclass
@@ -33,26 +33,45 @@ COPIES = sys.platform == "linux"
 PATIENCE_S = 20.0
 """How much longer than all that was done here a copy may take for the last item that it took."""
 PLACE = struct.Struct("I")
+WORTH_S = 0.3
+"""What would last less in one process stays there: whatever either process writes to after it was copied, the system has to copy as well."""
 
 _busy: ContextVar[bool] = ContextVar("busy", default=False)
+_paces: dict[Hashable, float] = {}
+"""Seconds that an item took when this work was last done, by its code."""
 
 
 def side_by_side(work: Callable[[T], R], items: Iterable[T]) -> list[R]:
     """The results for each item, in their order, by this process and copies of it, with one core each.
 
-    Where only one is allowed, within one of them, in another thread than the main one, and where a GPU works, one item is done after the other. What
-    a copy does not bring, for whatever reason, is done here, so that errors are raised as ever.
+    Where only one is allowed, within one of them, in another thread than the main one, and where a GPU works, one item is done after the other; so
+    are the first ones, until they show that the rest is worth copies. What a copy does not bring, for whatever reason, is done here, so that errors
+    are raised as ever.
 
     Args:
         work: must not need what it does for another item, nor tell anybody of it: what it leaves behind besides its result is lost in a copy, and
             the lock of a progress bar may be held in it for ever. Its results can be pickled.
-        items: what it is called with, a thousand at most; some tens of milliseconds of work all together, or a copy costs more than it helps.
+        items: what it is called with, a thousand at most.
     """
     given = list(items)
-    workers = min(ALLOWED, len(given))
     elsewhere = _busy.get() or threading.current_thread() is not threading.main_thread() or torch.cuda.is_initialized()
-    if workers < 2 or not COPIES or elsewhere or len(given) * PLACE.size > select.PIPE_BUF:
+    if min(ALLOWED, len(given)) < 2 or not COPIES or elsewhere or len(given) * PLACE.size > select.PIPE_BUF:
         return [work(item) for item in given]
+    kind = getattr(work, "__code__", type(work))
+    begun, pace, done = time.monotonic(), _paces.get(kind), list[R]()
+    with _alone():
+        while len(done) < len(given) and (pace is None or pace * (len(given) - len(done)) < WORTH_S):
+            done.append(work(given[len(done)]))
+            pace = (time.monotonic() - begun) / len(done)
+    rest = given[len(done) :]
+    workers = max(min(ALLOWED, len(rest)), 1)
+    found = _shared(work, rest, workers) if rest else []
+    _paces[kind] = (time.monotonic() - begun) * workers / len(given)
+    return [*done, *found]
+
+
+def _shared(work: Callable[[T], R], given: list[T], workers: int) -> list[R]:
+    """The results for each item by so many processes, of which this is one."""
     begun, found = time.monotonic(), dict[int, R]()
     copies: list[_Copy] = []
     with _queue(len(given)) as queue:

@@ -11,7 +11,7 @@ from functools import cached_property, partial
 import torch
 from torch import Tensor
 
-from zoo.diagnosis.shape_search import Beside
+from zoo.diagnosis.shape_search import Beside, costs
 from zoo.effects.base import Effect, History
 from zoo.effects.bounds import to_unit
 from zoo.fitting.design import Design, close_starts, coarse_starts
@@ -65,8 +65,7 @@ class Elsewhere:
 
         def best_at(coil: Coil) -> tuple[float, Tensor]:
             tried = columns(effect, coil.places, shapes) if same is None else same
-            left = complement(tried, coil.basis.to(tried.dtype))
-            cost, best = project(left, coil.residual.to(tried.dtype)).cost.min(dim=0)
+            cost, best = costs(tried, coil.basis, coil.residual).min(dim=0)
             return float(cost + self.design.prior.cost(coil.theta)), shapes[best]
 
         (_, shape), coil = min(zip(map(best_at, coils), coils, strict=True), key=lambda each: each[0][0])

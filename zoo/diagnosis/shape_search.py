@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+import torch
 from torch import Tensor
 
 from zoo.effects.base import Effect, History
@@ -13,6 +14,8 @@ from zoo.scoring.noise import Whitener
 
 STAGES = 3
 """How often at most the surroundings of the best shape are looked through."""
+MANY = 50
+"""Shapes above which the columns of an effect without memory are computed at the means of each block, in single precision, to find the best."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -49,8 +52,8 @@ class Beside:
 
     def best(self, effect: Effect, shapes: Tensor) -> tuple[float, Tensor]:
         """χ² that the best of some shapes (G, S) leaves, and that shape (S,)."""
-        columns = complement(self.design.effect_columns(effect, self.places, shapes, self.whitener, distinct=True), self.basis)
-        cost, best = project(columns, self.residual).cost.min(dim=0)
+        columns = self.design.effect_columns(effect, self.places, shapes, self.whitener, distinct=True)
+        cost, best = costs(columns, self.basis, self.residual).min(dim=0)
         return float(cost), shapes[best]
 
     def closer(self, effect: Effect, cost: float, shape: Tensor) -> tuple[float, Tensor]:
@@ -67,4 +70,19 @@ class Beside:
 
     def searched(self, effect: Effect, shapes: Tensor) -> tuple[float, Tensor]:
         """The best of some shapes, and closer."""
+        if effect.instant and len(shapes) > MANY:
+            columns = self.design.effect_columns_at_means(effect, self.places, shapes, self.whitener)
+            shapes = shapes[costs(columns, self.basis, self.residual).argmin()].unsqueeze(0)
         return self.closer(effect, *self.best(effect, shapes))
+
+
+def costs(columns: Tensor, basis: Tensor, residual: Tensor) -> Tensor:
+    """(G,) χ² that column sets leave of a residual beside what is explained already; all whitened.
+
+    Args:
+        columns: (G, N, K), in the precision that is wanted.
+        basis: (N, R) orthonormal.
+        residual: (N,) outside of it.
+    """
+    left = complement(columns, basis.to(columns.dtype))
+    return project(left, residual.to(columns.dtype)).cost.nan_to_num(torch.inf)

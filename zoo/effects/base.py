@@ -106,6 +106,7 @@ class Effect(nn.Module):
         amplitudes: the parameters in which the error is linear, one a column.
         needs: recorded columns without which the effect cannot be computed.
         sharp: whether its columns change much within a few kelvins, without memory, so that a search has to look closely for where the place is.
+        instant: whether its columns at one moment depend on that moment alone, so that a search through many shapes may take means for moments.
         runs_together: whether its columns are right for several runs at once, along a leading axis (see `History`); faster than one by one.
         needs_varied_reference: whether the effect cannot be told from a bias where the true input is always the same.
         formula: plain-text formula.
@@ -120,6 +121,7 @@ class Effect(nn.Module):
     amplitudes: ClassVar[tuple[Parameter, ...]]
     needs: ClassVar[tuple[str, ...]] = ()
     sharp: ClassVar[bool] = False
+    instant: ClassVar[bool] = False
     runs_together: ClassVar[bool] = False
     needs_varied_reference: ClassVar[bool] = False
     formula: ClassVar[str] = ""

@@ -25,6 +25,7 @@ class ChamberCycling(Effect):
 
     name = "chamber_cycling"
     place = "housing"
+    instant = True
     shape = (Parameter("period", 300.0, "s", 120.0, 3600.0, "inverse", source="prior: compressors 2–10 min, slow control 1 h", meaning="P"),)
     amplitudes = tuple(
         Parameter(f"{wave}_{run}", 0.0, "unit", -10.0, 10.0, source="engineering prior", meaning=f"{wave} in run {run}")

@@ -31,6 +31,7 @@ class Polarization(Effect):
     name = "polarization"
     runs_together = True
     sharp = True
+    instant = True
     shape = (
         Parameter("period", 12.0, "K", 2.0, LONGEST_K, "inverse", source="prior: 3–30 K", meaning="fringe period in temperature", grid=100),
         RATIO,
