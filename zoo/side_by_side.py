@@ -57,7 +57,7 @@ def side_by_side(work: Callable[[T], R], items: Iterable[T]) -> list[R]:
     elsewhere = _busy.get() or threading.current_thread() is not threading.main_thread() or torch.cuda.is_initialized()
     if min(ALLOWED, len(given)) < 2 or not COPIES or elsewhere or len(given) * PLACE.size > select.PIPE_BUF:
         return [work(item) for item in given]
-    kind = getattr(work, "__code__", type(work))
+    kind: Hashable = getattr(work, "__code__", None)
     begun, pace, done = time.monotonic(), _paces.get(kind), list[R]()
     with _alone():
         while len(done) < len(given) and (pace is None or pace * (len(given) - len(done)) < WORTH_S):

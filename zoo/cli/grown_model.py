@@ -98,6 +98,7 @@ def climb(
         model, found.record["parameters"] = _grown(asked, solved, runs)
         scores = score_runs(model, _on_cpu(runs), check_runs)
         rung.update(rms=scores["rms"], rms_check=scores["rms_check"])
+        found.record["beyond"] = scores["beyond"]
         models.append(model)
     _judge(found.record)
     return found, models

@@ -21,7 +21,7 @@ from zoo.measurements.recording import JITTER
 from zoo.measurements.run import Run
 from zoo.models.graybox import GrayBox
 from zoo.models.prediction import predict_blocks
-from zoo.models.ranges import beyond
+from zoo.models.reach import beyond
 from zoo.scoring.noise import NoiseModel
 
 CHECK_ALLOWED = 1.5

@@ -7,10 +7,8 @@ from torch import Tensor
 
 from zoo.export.recipe import is_static
 from zoo.models.base import Model
-from zoo.models.example import example, used_inputs
+from zoo.models.example import deciding_inputs
 from zoo.models.ranges import Ranges
-
-REFERENCE = "reference_"
 
 
 class Narrowed(Model):
@@ -38,19 +36,13 @@ class Narrowed(Model):
 def narrowed(model: Model, ranges: Ranges) -> Model:
     """The model itself where it uses all that it asks for, else without the rest.
 
-    Whether a column is used is tried on a made-up record, in which the true input takes both signs and the value 0, whatever it was in training:
-    effects look at its sign.
-
     Args:
         model: trained.
         ranges: of its raw columns.
     """
     if is_static(model):
         return model  # a network names its features
-    around = {
-        name: (-size, size) for name in model.inputs if name.startswith(REFERENCE) for size in [max(1.0, *map(abs, ranges.get(name, (0.0, 0.0))))]
-    }
-    used = used_inputs(model, example(model.inputs, dict(ranges) | around))
+    used = deciding_inputs(model, ranges)
     return (
         model if len(used) + 1 == len(model.inputs) else Narrowed(model, [name for name in model.inputs if name == model.inputs[0] or name in used])
     )

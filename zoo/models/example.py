@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from itertools import chain
 
 import torch
 from torch import Tensor
@@ -11,6 +12,7 @@ from torch import Tensor
 from zoo.models.base import Model
 from zoo.models.ranges import Ranges, Watched, outside
 
+REFERENCE = "reference_"
 SAMPLES, SPAN_S, SWINGS = 2000, 36000.0, 4.3
 UNKNOWN = (0.0, 40.0)
 """Range of a column of which nothing is known."""
@@ -54,6 +56,22 @@ def example_within(model: Model, ranges: Ranges) -> Tensor:
         if shares[slower][0] > MOSTLY:
             break
     return max(shares.values(), key=lambda one: one[0])[1]
+
+
+def deciding_inputs(model: Model, ranges: Ranges) -> list[str]:
+    """The raw columns that a model's prediction depends on, the time aside, in its order.
+
+    Tried on a made-up record, in which the true input takes both signs and the value 0, whatever it was in training: effects look at its sign.
+
+    Args:
+        model: trained.
+        ranges: of its raw columns.
+    """
+    references = [name for name in model.inputs if name.startswith(REFERENCE)]
+    sizes = {name: max(1.0, *map(abs, ranges.get(name, (0.0, 0.0)))) for name in references}
+    tried = example(model.inputs, dict(ranges) | {name: (-size, size) for name, size in sizes.items()})
+    like = next(chain(model.parameters(), model.buffers()), tried)
+    return used_inputs(model, tried.to(like.device))
 
 
 @torch.no_grad()

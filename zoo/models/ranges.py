@@ -16,8 +16,6 @@ from zoo.models.features import Features, remembering
 Ranges = Mapping[str, tuple[float, float]]
 """Smallest and largest value by raw column, in the column's unit, and by rate [K/min] or lag that a network is made of."""
 TIME = "time_s"
-SELDOM = 0.01
-"""Share of the rows of runs that may lie outside without a word."""
 ROOM = 0.02
 """Share of a range by which a value may lie outside of it: noise that the fit's means over a few seconds did not have. Engineering prior."""
 ROUNDING = 1e-9
@@ -33,7 +31,7 @@ def fitted_ranges(model: Model, runs: Sequence[Run]) -> dict[str, tuple[float, f
         model: whose `inputs` are asked for.
         runs: fitted.
     """
-    return {name: (float(values.min()), float(values.max())) for name, values in _values(model, runs).items()}
+    return {name: (float(values.min()), float(values.max())) for name, values in watched_values(model, runs).items()}
 
 
 def outside(x: Tensor, names: Sequence[str], ranges: Ranges) -> Tensor:
@@ -80,29 +78,9 @@ def unknown_ranges(model: Model, ranges: Ranges) -> list[str]:
     return [name for name in Watched(model).names if name not in (*model.inputs, *ranges)]
 
 
-def beyond(model: Model, fitted: Sequence[Run], others: Sequence[Run]) -> dict[str, dict[str, object]]:
-    """How far other runs go beyond what a model was fitted to, by raw column and by feature, where they do in more than 1 % of their rows.
-
-    Args:
-        model: whose `inputs` are asked for.
-        fitted: the runs that it was fitted to.
-        others: runs that are only predicted.
-    """
-    found: dict[str, dict[str, object]] = {}
-    if not others:
-        return found
-    known = _values(model, fitted)
-    for name, values in _values(model, others).items():
-        ranges = {name: (float(known[name].min()), float(known[name].max()))}
-        share = float(outside(values.unsqueeze(1), [name], ranges).double().mean())
-        if share > SELDOM:
-            found[name] = {"fitted": list(ranges[name]), "reached": [float(values.min()), float(values.max())], "share": share}
-    return found
-
-
 @torch.no_grad()
-def _values(model: Model, runs: Sequence[Run]) -> dict[str, Tensor]:
-    """(N,) values of what has a range, by name, over the rows that are judged."""
+def watched_values(model: Model, runs: Sequence[Run]) -> dict[str, Tensor]:
+    """(N,) values of what has a range, by name, over the rows of some runs that are judged."""
     timed = any(TIME in part.names for part in model.modules() if isinstance(part, Features))
     found = {name: torch.cat([run.column(name)[run.block >= 0] for run in runs]) for name in model.inputs if name != TIME or timed}
     extract = remembering(model)

@@ -12,7 +12,7 @@ from zoo.errors import WorkError
 from zoo.measurements.run import Run
 from zoo.models.base import Model
 from zoo.models.prediction import predict_blocks
-from zoo.models.ranges import beyond
+from zoo.models.reach import beyond
 from zoo.scoring.comparison import UNCOMPENSATED, WHOLE, rms_by_kind
 from zoo.scoring.stages import bias_stability, label_stages, rms
 
