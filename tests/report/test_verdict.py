@@ -217,3 +217,28 @@ def test_a_rung_of_the_first_effect_alone_is_shown_only_where_it_was_fitted_alon
         assert [rung.added for rung in rungs] == added
         assert [rung.rms for rung in rungs] == ([3.0, 2.0, 1.0] if len(added) == 3 else [3.0, 1.0])
         assert rungs[-1].effects == ["base", "one", "other"]
+
+
+@pytest.mark.parametrize(
+    ("found", "what"),
+    [
+        ({"verdict": "unknown", "missing": []}, "this may be heat from elsewhere"),
+        ({"verdict": "unknown", "missing": ["mohr"], "unexplained_words": "It grows."}, "this may be heat from elsewhere"),
+        ({"verdict": "missing", "missing": ["hysteresis", "sensor_lag"]}, "sensor_lag may be heat from elsewhere"),
+        ({"verdict": "missing", "missing": ["hysteresis"]}, ""),
+        ({"verdict": "complete", "missing": []}, ""),
+    ],
+)
+def test_with_one_thermometer_what_looks_like_a_misplaced_coil_is_told_to_be_perhaps_no_effect(found, what) -> None:
+    told = words({**found, "thermometers": ["temperature_c"]})
+    assert what in told
+    assert ("one thermometer" in told) is bool(what)
+    assert "one thermometer" not in words({**found, "thermometers": ["temperature_c", "temperature_outer_c"]})
+    assert "one thermometer" not in words(found), "a record of an older diagnosis does not say how many"
+
+
+def test_an_effect_that_cannot_be_told_from_a_misplaced_coil_counts_as_one() -> None:
+    diagnosis = {"verdict": "missing", "missing": ["aging"], "thermometers": ["temperature_c"]}
+    twins = [{"effect": "aging", "indistinguishable_from": ["thermal_gradient"]}]
+    assert "aging may be heat from elsewhere" in words({**diagnosis, "candidates": twins})
+    assert "elsewhere" not in words(diagnosis)

@@ -18,6 +18,8 @@ NEAR = 1.5
 """Fitted runs within so many times their noise floor may have been fitted too closely; beyond, the model is merely wrong."""
 DOUBTFUL = 0.3
 """Probability from which on what may be missing is worth a word, where it is likelier than nothing."""
+OF_PLACE = ("sensor_lag", "thermal_gradient", "fixture_rotation", "shupe")
+"""Effects that a coil which is not where the model has it looks like."""
 NAMED = 2
 """More effects than so many that cannot be told from one are counted in the headline, and named below it."""
 
@@ -172,7 +174,19 @@ def _what_missing_means(diagnosis: Record) -> list[str]:
         twins = _twins(diagnosis, name)
         if twins:
             sentences.append(f"These runs cannot tell {name} from {joined(twins, 'or')}: {_what_to_do(diagnosis, name, twins)}")
-    return sentences + _still_open(diagnosis)
+    return sentences + _still_open(diagnosis) + _one_thermometer(diagnosis)
+
+
+def _one_thermometer(diagnosis: Record) -> list[str]:
+    """Where what is missing may be no effect at all: one thermometer does not tell what heat comes to the coil from elsewhere."""
+    suspects = [name for name in missing(diagnosis) if not {name, *_twins(diagnosis, name)}.isdisjoint(OF_PLACE)]
+    what = "this" if diagnosis.get("verdict") == "unknown" else joined(suspects)
+    if not what or len(diagnosis.get("thermometers") or ["", ""]) > 1:
+        return []
+    return [
+        f"These runs have one thermometer, which the coil need not follow: {what} may be heat from elsewhere and no effect. "
+        "Record the housing's temperature as well (temperature_outer_c) to know."
+    ]
 
 
 def _what_to_do(diagnosis: Record, name: str, twins: list[str]) -> str:
@@ -209,10 +223,10 @@ def _what_unknown_means(diagnosis: Record) -> list[str]:
         sentences.append(f"Adding {joined(_named(diagnosis))} helps, but {ending}")
         words = _described(diagnosis)
         if words:
-            return [*sentences, f"What the model leaves as it stands: {_continued(words)}"]
+            return [*sentences, f"What the model leaves as it stands: {_continued(words)}", *_one_thermometer(diagnosis)]
     else:
         sentences.append("The residual is not noise, and no known effect makes it so.")
-    return sentences + unexplained(diagnosis)
+    return sentences + unexplained(diagnosis) + _one_thermometer(diagnosis)
 
 
 def unexplained(diagnosis: Record, done: bool = False) -> list[str]:
