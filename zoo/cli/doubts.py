@@ -10,12 +10,15 @@ from rich.console import Console
 
 from zoo.measurements.run import OUTPUT, Run
 from zoo.models.base import FeatureModel, Model
+from zoo.models.hybrid import Hybrid
 from zoo.models.prediction import block_features
-from zoo.report.wording import percent, reached_beyond, significant, worse_than_none
+from zoo.report.wording import joined, percent, reached_beyond, significant, worse_than_none
 from zoo.units import symbol
 
 STEADY = 1e-9
 """Share of the output within which a true input that is called constant stays."""
+NEAR_BOUND = 1e-6
+"""Share of a range within which a value rests on its end."""
 BENDS = 1.5
 """RMS row by row over that of mean features from which a word is due."""
 
@@ -30,7 +33,7 @@ def print_doubts(model: Model, runs: Sequence[Run], metrics: Mapping[str, Any], 
         unused: settings that were given and that nothing has read.
     """
     idle = (f"{key} was of no use: optimizer={metrics['optimizer']} ends by itself" for key in unused)
-    for told in (*idle, *_takes_the_input(model, runs), *_worse(metrics), *_beyond(metrics), *_bends(model, runs, metrics)):
+    for told in (*idle, *_takes_the_input(model, runs), *_worse(metrics), *_beyond(metrics), *_bends(model, runs, metrics), *_at_bounds(model)):
         Console(stderr=True).print(told, style="yellow", soft_wrap=True, highlight=False)
 
 
@@ -61,6 +64,22 @@ def _beyond(metrics: Mapping[str, Any]) -> Iterator[str]:
     if found:
         share = percent(max(one["share"] for one in found.values()))
         yield f"the check runs go beyond what was fitted in {share} of their time: {reached_beyond(found)}; there the model extrapolates"
+
+
+def _at_bounds(model: Model) -> Iterator[str]:
+    """Where an effect beside a network is not what its name says: then its parameters run to the end of what is possible."""
+    if not isinstance(model, Hybrid):
+        return
+    held = [
+        f"{owner}.{one.name} = {significant(one.low if place <= NEAR_BOUND else one.high)}{'' if one.unit == '1' else ' ' + one.unit}"
+        for (owner, one), place in zip(model.physics.parameters_of_theta(), model.physics.theta().tolist(), strict=True)
+        if owner != "coil" and one.scale != "index" and not NEAR_BOUND < place < 1.0 - NEAR_BOUND
+    ]
+    if held:
+        yield (
+            f"{joined(held)}: at the end of what is possible, so the effect stands in for something that the network cannot draw; "
+            "do not take its values for the gyro's. More features, or the effects that the gyro has for certain (effects=[…]), help"
+        )
 
 
 def _bends(model: Model, runs: Sequence[Run], metrics: Mapping[str, Any]) -> Iterator[str]:
