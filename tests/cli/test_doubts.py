@@ -28,7 +28,9 @@ def told(model: Model, capsys: pytest.CaptureFixture[str]) -> str:
     return " ".join(capsys.readouterr().err.split())
 
 
-@pytest.mark.parametrize(("width", "said"), [(0.5, "hysteresis.width = 0.500 K: at the end"), (7.5, ""), (20.0, "hysteresis.width = 20.0 K: at the end")])
+@pytest.mark.parametrize(
+    ("width", "said"), [(0.5, "hysteresis.width = 0.500 K: at the end"), (7.5, ""), (20.0, "hysteresis.width = 20.0 K: at the end")]
+)
 def test_an_effect_beside_a_network_that_runs_to_the_end_of_what_is_possible_is_told(width, said, capsys) -> None:
     effect = build("effects", "hysteresis")
     place = [one.name for one in effect.shape].index("width")

@@ -14,6 +14,10 @@ ones ask for more: neighbours of a short piece give its misfit away."""
 ENOUGH = 5
 """Blocks for each amplitude that other runs must have to predict one."""
 
+HARDLY_SEEN = 1e-4
+"""Share of what all runs know of some amplitudes below which the pieces that are left do not say what they are: those of an early warm-up, where the
+first hour is left out. They count for nothing there, or noise would decide them."""
+
 
 def segment_cost(bench: Workbench, solved: Solved) -> float:
     """Sum of squared whitened errors on pieces of the runs, each predicted with amplitudes from all the others."""
@@ -38,10 +42,11 @@ def _folds(bench: Workbench) -> list[Tensor]:
 
 
 def _left_out(columns: Tensor, target: Tensor, parts: list[Tensor]) -> Tensor:
-    errors = []
+    errors, known = [], HARDLY_SEEN**0.5 * torch.linalg.qr(columns, mode="r").R
     for part in parts:
         keep = torch.ones(len(target), dtype=torch.bool, device=target.device)
         keep[part] = False
-        amplitudes = project(columns[keep], target[keep]).amplitudes
-        errors.append(target[part] - columns[part] @ amplitudes)
+        # As if all amplitudes had been seen to be 0, with this share of what the runs know of them.
+        rows, values = torch.cat([columns[keep], known]), torch.cat([target[keep], target.new_zeros(len(known))])
+        errors.append(target[part] - columns[part] @ project(rows, values).amplitudes)
     return torch.cat(errors)
