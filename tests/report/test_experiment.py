@@ -76,3 +76,13 @@ def test_what_else_a_reader_should_know() -> None:
     bare = deepcopy(EXPERIMENT)
     bare.update(input=None, alternatives=None)
     assert experiment_settings(bare) == []
+
+
+@pytest.mark.parametrize(
+    ("hours", "evidence", "enough", "why"),
+    [(7.0, 130.0, True, ": longer, for more than is needed"), (7.0, 40.0, True, ""), (1.0, 130.0, True, ""), (7.0, 130.0, False, "")],
+)
+def test_a_run_that_would_tell_more_is_told_to_take_longer(hours, evidence, enough, why) -> None:
+    other = {"name": "a cycle", "duration_s": 3600 * hours, "expected_evidence": evidence}
+    rows = dict(experiment_settings({**EXPERIMENT, "enough": enough, "alternatives": [other]}))
+    assert rows["Alternative 1"] == f"a cycle ({hours:.2f} h, log Bayes factor {evidence:.0f}){why}"

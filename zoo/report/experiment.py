@@ -64,8 +64,14 @@ def experiment_settings(experiment: Record) -> list[tuple[str, str]]:
         hours, evidence = finite(other.get("duration_s")), finite(other.get("expected_evidence"))
         known = hours is not None and evidence is not None
         told = f" ({significant((hours or 0.0) / 3600.0)} h, log Bayes factor {significant(evidence, 2)})" if known else ""
-        rows.append((f"Alternative {number}", f"{other.get('name')}{told}"))
+        rows.append((f"Alternative {number}", f"{other.get('name')}{told}{_why_not(experiment, other)}"))
     return rows
+
+
+def _why_not(experiment: Record, other: Record) -> str:
+    """Why a run that would tell more is not proposed: what is enough in less time is."""
+    longer, more = ((finite(other.get(key)) or 0.0) > (finite(experiment.get(key)) or 0.0) for key in ("duration_s", "expected_evidence"))
+    return ": longer, for more than is needed" if longer and more and experiment.get("enough") else ""
 
 
 def _separated(experiment: Record) -> str:
