@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, replace
 
 from zoo.diagnosis.forms import EVEN, EVEN_BY_TEMPERATURE, POLYNOMIALS, REMEMBERED, Form, forms_of
@@ -19,6 +20,8 @@ LOOKED_AT = 5
 """How many quantities have their forms looked at; time is one of them, for no smooth function of it shows what recurs."""
 REFITTED = 3
 """How many of the best forms are refitted together with the model."""
+GLANCED = 8
+"""How many of the best forms by projection have their evidence computed, to find these."""
 SIMPLER = 5.0
 """Log Bayes factor that a form may fall short of the best by and still be preferred for its simplicity."""
 
@@ -85,22 +88,28 @@ class FormBench:
         axes = {one.of: one.axis for one in self.frees}
         return [(axes[quantity], form) for quantity, form in forms_of(free) if quantity in axes]
 
-    def glances(self, given: list[tuple[Axis, Form]]) -> list[Tried]:
-        """Some forms, each at its best shape beside the model with nothing nonlinear refitted; the likeliest first."""
-        effects = [form.of(axis.of, (axis.low, axis.high)) for axis, form in given]
-        self.bench.effects.update({effect.name: effect for effect in effects})
+    def glances(self, given: list[tuple[Axis, Form]], most: int | None = None) -> list[Tried]:
+        """Some forms, each at its best shape beside the model with nothing nonlinear refitted; the likeliest first.
 
+        Args:
+            given: the forms.
+            most: how many of the best by projection are looked at; by default all.
+        """
+        made = [(axis, form, form.of(axis.of, (axis.low, axis.high))) for axis, form in given]
+        self.bench.effects.update({effect.name: effect for _, _, effect in made})
         here = Here(self.bench, self.at)
+        price = math.log(self.bench.effective_samples)
+        screened = side_by_side(lambda one: here.screened(one[2].name), made)
+        likely = sorted(zip(made, screened, strict=True), key=lambda each: each[1].freedom * price - each[1].gain)[:most]
 
-        def glance(effect: Effect) -> tuple[Screened, Fit, float]:
-            screened = here.screened(effect.name)
-            solved = self.bench.peek(self.at, effect.name, screened.shape)
-            return screened, solved.fit, self.bench.evidence(self.base, solved)
+        def glance(each: tuple[tuple[Axis, Form, Effect], Screened]) -> tuple[Fit, float]:
+            solved = self.bench.peek(self.at, each[0][2].name, each[1].shape)
+            return solved.fit, self.bench.evidence(self.base, solved)
 
         found = []
-        for (axis, form), effect, (screened, there, evidence) in zip(given, effects, side_by_side(glance, effects), strict=True):
+        for ((axis, form, effect), guess), (there, evidence) in zip(likely, side_by_side(glance, likely), strict=True):
             solved = self.bench.placed((*self.at.names, effect.name), there, self.at.likely.place)
-            found.append(Tried(axis.of, form, effect, screened, solved, evidence))
+            found.append(Tried(axis.of, form, effect, guess, solved, evidence))
         return sorted(found, key=lambda one: -one.evidence)
 
     def refitted(self, tried: list[Tried]) -> list[Tried]:
@@ -133,7 +142,7 @@ class FormBench:
         """The likeliest forms of the quantities whose free function explains most."""
         worths = side_by_side(lambda free: weigh(self.bench, self.at, free.columns)[0], self.frees)
         ranked = sorted(zip(self.frees, worths, strict=True), key=lambda each: (each[0].of is not CLOCK, -each[1]))
-        return self.glances([form for free, _ in ranked[:LOOKED_AT] for form in self._forms_of(free)])[:REFITTED]
+        return self.glances([form for free, _ in ranked[:LOOKED_AT] for form in self._forms_of(free)], GLANCED)[:REFITTED]
 
     def _look_at(self, fuller: Solved) -> None:
         """Put the model's coil and shapes where a fuller one has them."""
