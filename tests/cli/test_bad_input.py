@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import gzip
 import os
+import re
 import subprocess
 import sys
 from collections.abc import Callable
@@ -151,6 +152,31 @@ def test_a_check_run_needs_no_column_that_nothing_asked_for_takes(tmp_path, verb
     assert run(verb, [*settings, *files, f"hydra.run.dir={tmp_path / 'out'}"]) == 0
     if verb != "diagnose":
         assert "supply_v" not in (tmp_path / "out" / "model.yaml").read_text()
+
+
+@pytest.mark.parametrize("verb", ["diagnose", "refine", "train"])
+def test_a_true_input_that_only_some_runs_record_is_not_taken_as_0_in_the_others(told, tmp_path, verb) -> None:
+    known, bare = written(tmp_path / "a.csv", table().assign(reference_dph=9.66)), written(tmp_path / "b.csv", table())
+    for files in (
+        [f"data.files=[{known},{bare}]"],
+        [f"data.files=[{bare},{known}]"],
+        [f"data.files=[{known}]", f"data.check_files=[{bare}]"],
+        [f"data.files=[{bare}]", f"data.check_files=[{known}]"],
+    ):
+        lacking, asked = told(*files, verb=verb).splitlines()
+        assert re.search(r"\bb(\.csv| \(data\.\w+\)): does not record the true input, .*\ba(\.csv| \(data\.\w+\)) does \(reference_dph\)", lacking)
+        assert "add the column" in asked
+        assert "data.reference=… (°/h)" in asked
+
+
+def test_a_true_input_that_was_given_is_meant_even_if_it_is_0(tmp_path, capsys) -> None:
+    known, bare = written(tmp_path / "a.csv", table().assign(reference_dph=0.001)), written(tmp_path / "b.csv", table())
+    short = ["model=polynomial", f"hydra.run.dir={tmp_path / 'out'}"]
+    assert run("train", [f"data.files=[{known},{bare}]", *short, "data.reference=0"]) == 0
+    assert run("train", [f"data.files=[{known}]", f"data.check_files=[{bare}]", *short, "data.reference=0.001"]) == 0
+    assert run("train", [f"data.files=[{bare}]", *short]) == 0, "nor is it asked for where none records it"
+    assert run("compare", [f"runs=[{tmp_path / 'out'}]", f"data.files=[{known},{bare}]", f"hydra.run.dir={tmp_path / 'compared'}"]) == 2
+    assert "b.csv: does not record the true input" in capsys.readouterr().err
 
 
 # Cells

@@ -109,7 +109,7 @@ def layout(
     return replace(found, notes=(*notes, *_overlooked(found, present)))
 
 
-def overruled(one: Layout, reference: float) -> list[str]:
+def overruled(one: Layout, reference: float | None) -> list[str]:
     """A note where a file records the true input and another one was given.
 
     Args:
@@ -154,6 +154,38 @@ def keep_shared(layouts: Sequence[Layout]) -> list[Layout]:
     place = {source.name: i for i, source in enumerate(first.inputs)}
     kept = [_without(one, [source.name for source in one.inputs if source.name not in shared]) for one in layouts]
     return [replace(one, inputs=tuple(sorted(one.inputs, key=lambda source: place[source.name]))) for one in kept]
+
+
+def check_references(layouts: Sequence[Layout], reference: float | None) -> None:
+    """Refuse files of which only some record the true input, where nobody has said that of the others: it would be taken as 0.
+
+    Args:
+        layouts: of the files, in the order read.
+        reference: as given for files that do not record it [output's unit]; None where it was not.
+
+    Raises:
+        InputError: names a file of either kind.
+    """
+    recorded = [(str(one.path), one.reference.column) for one in layouts if one.reference]
+    lacking = [str(one.path) for one in layouts if not one.reference]
+    if reference is None and recorded and lacking:
+        raise one_sided(lacking, *recorded[0], layouts[0].unit)
+
+
+def one_sided(lacking: Sequence[str], other: str, column: str, unit: str) -> InputError:
+    """What to say of runs that do not record the true input beside one that does.
+
+    Args:
+        lacking: those that do not.
+        other: one that does.
+        column: what the true input is called there.
+        unit: suffix of the output's unit.
+    """
+    more = f" (nor do {len(lacking) - 1} more)" if len(lacking) > 1 else ""
+    told = f"{lacking[0]}: does not record the true input{more}, {other} does ({column})"
+    return InputError(
+        f"{told}; it is not taken as 0\nadd the column, or say the true input of all that lack it: data.reference=… ({units.symbol(unit)})"
+    )
 
 
 def _without(one: Layout, names: list[str]) -> Layout:
