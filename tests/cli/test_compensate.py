@@ -322,6 +322,16 @@ def test_a_time_that_pandas_keeps_as_a_range_is_read_and_kept(trained) -> None:
     assert np.array_equal(back["rate_dph_compensated"], plain["rate_dph_compensated"])
 
 
+def test_an_output_in_another_unit_than_the_true_input_tells_is_told(trained, capsys) -> None:
+    right = recording().assign(reference_dph=9.66)
+    right["rate_dph"] += 9.66
+    right.to_csv("a.csv", index=False)
+    right.rename(columns={"rate_dph": "rate_dps"}).to_csv("b.csv", index=False)
+    assert compensate(trained["polynomial"], "data.files=[a.csv,b.csv]") == 0
+    (told,) = (line for line in capsys.readouterr().out.splitlines() if "×" in line and "about" in line)
+    assert told.startswith("b.csv: rate_dps is about 3600 × reference_dph: is rate_dps in °/h")
+
+
 def test_of_files_with_and_without_a_true_input_those_without_are_named(trained, capsys) -> None:
     recording().assign(reference_dph=0.0).to_csv("a.csv", index=False)
     recording().to_csv("b.csv", index=False)

@@ -20,6 +20,7 @@ from zoo.measurements.recording import GAP_STEPS, JITTER, Average, Recording, au
 from zoo.measurements.run import Run
 from zoo.measurements.schema import Layout, Source, check_references, in_run_units, keep_shared, layout, overruled
 from zoo.measurements.table import chunks, column_names
+from zoo.measurements.wrong_unit import mistaken_unit
 
 BadRows = Literal["error", "skip"]
 HEAD_ROWS = 100_000
@@ -196,6 +197,7 @@ def _run(name: str, one: Layout, recording: Recording, length: float | None) -> 
         raise InputError(f"{one.path}: no block of {average:g} s has half of its rows ({lasts}); choose a shorter data.average_s")
     table = torch.from_numpy(fine.mean)
     hot = [note for place, source in enumerate(one.inputs) for note in implausible(source, float(fine.mean[:, place].max()))]
+    doubt = mistaken_unit(one, fine.mean[:, -2], fine.mean[:, -1], fine.count)
     return Run(
         name=name,
         unit=one.unit,
@@ -206,7 +208,7 @@ def _run(name: str, one: Layout, recording: Recording, length: float | None) -> 
         count=torch.from_numpy(fine.count),
         block=torch.from_numpy(block),
         rows=recording.rows,
-        notes=(*recording.notes, *_notes(recording, average, length, thin), *forgetting, *hot),
+        notes=(*recording.notes, *_notes(recording, average, length, thin), *forgetting, *hot, *doubt),
         recorded=one.sources,
     )
 
