@@ -198,7 +198,7 @@ def _check_mapping(path: Path, present: Sequence[str], mapped: Mapping[str, str]
         if role not in ROLES and not _is_thermometer(role) and _looks_mistyped(role):
             raise InputError(f"{_KEY}.{role}: no such role; {nearest(role, (*ROLES, 'temperature_NAME'))}")
         if name not in present:
-            raise InputError(f"{path}: no column '{name}' ({_KEY}.{role}={name}); its columns: {', '.join(present)}")
+            raise InputError(f"{path}: no column '{name}' ({_KEY}.{role}={name}); its columns: {', '.join(present)}{_remark(name, role, present)}")
     for role, name in mapped.items():
         twin = next((other for other, column in mapped.items() if column == name and other != role), None)
         if twin:
@@ -228,9 +228,19 @@ def _required(path: Path, present: Sequence[str], mapped: Mapping[str, str], rol
     called = [default, *(f"{default.removesuffix(unit)}{other}" for other in units.suffixes(quantity))]
     name = mapped.get(role) or next((one for one in called if one in present), default)
     if name not in present:
-        hint = f"if another one holds the {role}: {_KEY}.{role}=NAME"
-        raise InputError(f"{path}: no column '{name}'; its columns: {', '.join(present)}\n{hint}")
+        hint = _remark(name, role, present) or f"\nif another one holds the {role}: {_KEY}.{role}=NAME"
+        raise InputError(f"{path}: no column '{name}'; its columns: {', '.join(present)}{hint}")
     return Source(default, name, units.output_suffix(name, quantity) or unit, unit)
+
+
+def _remark(name: str, role: str, present: Sequence[str]) -> str:
+    """A line on why a column is not found: a comment stands where the header should, or another one is called nearly so; empty where neither is."""
+    if present and present[0].startswith("#"):
+        return "\nrow 1 begins with #: the header with the columns' names must be the first line, without a #"
+    lowered = {one.lower(): one for one in reversed(present) if not _is_thermometer(one)}
+    begun = [one for one in lowered if len(one) >= 3 and name.lower().startswith(one)]
+    close = begun or ([name.lower()] if name.lower() in lowered else difflib.get_close_matches(name.lower(), lowered, n=1, cutoff=0.7))
+    return f"\ndid you mean {lowered[close[0]]}? then say {_KEY}.{role}={shlex.quote(lowered[close[0]])}" if close else ""
 
 
 def _said(path: Path, found: Source, what: str, unit: str | None) -> Source:
@@ -295,7 +305,8 @@ def _only_output(path: Path, present: Sequence[str]) -> str:
     if len(found) == 1:
         return found[0]
     truth = ("reference_", "predicted_error_")
-    possible = found or [name for name in present if units.output_suffix(name) and not name.startswith(truth)] or present
+    unlike = [name for name in present if _is_output(name.lower())]
+    possible = found or unlike or [name for name in present if units.output_suffix(name) and not name.startswith(truth)] or present
     what = "several columns can be the output" if found else "no column is called rate_UNIT, accel_UNIT, pulses or counts"
     raise InputError(f"{path}: {what}; say which one it is: {_KEY}.output={'|'.join(possible)}")
 
