@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import gzip
 import os
+import re
 import subprocess
 import sys
 from collections.abc import Callable
@@ -151,6 +152,89 @@ def test_a_check_run_needs_no_column_that_nothing_asked_for_takes(tmp_path, verb
     assert run(verb, [*settings, *files, f"hydra.run.dir={tmp_path / 'out'}"]) == 0
     if verb != "diagnose":
         assert "supply_v" not in (tmp_path / "out" / "model.yaml").read_text()
+
+
+@pytest.mark.parametrize("verb", ["diagnose", "refine", "train"])
+def test_a_true_input_that_only_some_runs_record_is_not_taken_as_0_in_the_others(told, tmp_path, verb) -> None:
+    known, bare = written(tmp_path / "a.csv", table().assign(reference_dph=9.66)), written(tmp_path / "b.csv", table())
+    for files in (
+        [f"data.files=[{known},{bare}]"],
+        [f"data.files=[{bare},{known}]"],
+        [f"data.files=[{known}]", f"data.check_files=[{bare}]"],
+        [f"data.files=[{bare}]", f"data.check_files=[{known}]"],
+    ):
+        lacking, asked = told(*files, verb=verb).splitlines()
+        assert re.search(r"\bb(\.csv| \(data\.\w+\)): does not record the true input, .*\ba(\.csv| \(data\.\w+\)) does \(reference_dph\)", lacking)
+        assert "add the column" in asked
+        assert "data.reference=… (°/h)" in asked
+
+
+def test_a_true_input_that_was_given_is_meant_even_if_it_is_0(tmp_path, capsys) -> None:
+    known, bare = written(tmp_path / "a.csv", table().assign(reference_dph=0.001)), written(tmp_path / "b.csv", table())
+    short = ["model=polynomial", f"hydra.run.dir={tmp_path / 'out'}"]
+    assert run("train", [f"data.files=[{known},{bare}]", *short, "data.reference=0"]) == 0
+    assert run("train", [f"data.files=[{known}]", f"data.check_files=[{bare}]", *short, "data.reference=0.001"]) == 0
+    assert run("train", [f"data.files=[{bare}]", *short]) == 0, "nor is it asked for where none records it"
+    assert run("compare", [f"runs=[{tmp_path / 'out'}]", f"data.files=[{known},{bare}]", f"hydra.run.dir={tmp_path / 'compared'}"]) == 2
+    assert "b.csv: does not record the true input" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(
+    ("spoilt", "words"),
+    [
+        ({"time_s": "Time_S"}, "did you mean Time_S? then say data.columns.time=Time_S"),
+        ({"temperature_c": "temp"}, "did you mean temp? then say data.columns.temperature=temp"),
+        ({"rate_dph": "Rate_DPH"}, "say which one it is: data.columns.output=Rate_DPH"),
+        ({"temperature_c": "temperature_outer_c"}, "if another one holds the temperature: data.columns.temperature=NAME"),
+        ({"time_s": "# time_s"}, "row 1 begins with #"),
+    ],
+)
+def test_a_name_that_is_nearly_that_of_a_column(refused, tmp_path, spoilt, words) -> None:
+    assert words in refused(written(tmp_path / "a.csv", table().rename(columns=spoilt)))
+
+
+@pytest.mark.parametrize("mapped", [[], ["data.columns.time=t"]])
+def test_a_comment_before_the_header(refused, tmp_path, mapped) -> None:
+    path = written(tmp_path / "a.csv", table())
+    path.write_text(f"# our laboratory, 2026\n{path.read_text()}")
+    assert "row 1 begins with #: the header with the columns' names must be the first line" in refused(path, *mapped)
+
+
+def test_a_feature_that_is_nearly_a_column(refused, tmp_path) -> None:
+    path = written(tmp_path / "a.csv", table())
+    told = refused(path, "model.features=[temprature]", verb="train")
+    assert "needs the column temprature; did you mean temperature_c? The file has time_s, temperature_c" in told
+    assert "reference_dph" not in told, "which it has not"
+    assert "did you mean" not in refused(path, "model.features=[supply_v]", verb="train")
+    known = written(tmp_path / "b.csv", table().assign(reference_dph=0.0))
+    assert "reference_dph" in refused(known, "model.features=[supply_v]", verb="train")
+    assert run("train", [f"data.files=[{path}]", "model=polynomial", "model.features=[temperature_c]", f"hydra.run.dir={tmp_path / 'out'}"]) == 0
+
+
+@pytest.mark.parametrize(
+    ("flag", "words"),
+    [
+        (["--files", "x"], "settings are given without dashes: data.files=… (files as [a.csv,b.csv])"),
+        (["--data.check_files=x"], "settings are given without dashes: data.check_files=…"),
+        (["--torch-device=cuda"], "settings are given without dashes: torch_device=…"),
+        (["--verison"], "did you mean --version"),
+    ],
+)
+def test_a_setting_with_dashes(told, flag, words) -> None:
+    assert words in told(*flag)
+
+
+def test_nothing_hidden_is_a_number(told) -> None:
+    assert "hidden=0 hides nothing" in told("hidden=none", verb="simulate")
+
+
+def test_a_folder_with_runs_and_a_check(told, tmp_path) -> None:
+    (tmp_path / "lab").mkdir()
+    written(tmp_path / "lab" / "a.csv", table())
+    assert told(f"data.files=[{tmp_path / 'lab'}]").endswith("/lab/*.csv]\n")
+    for name in ("run_1", "check", "truth_1"):
+        written(tmp_path / "lab" / f"{name}.csv", table())
+    assert "/lab/run_*.csv]; what is called check… belongs into data.check_files" in told(f"data.files=[{tmp_path / 'lab'}]")
 
 
 # Cells

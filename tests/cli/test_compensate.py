@@ -322,6 +322,32 @@ def test_a_time_that_pandas_keeps_as_a_range_is_read_and_kept(trained) -> None:
     assert np.array_equal(back["rate_dph_compensated"], plain["rate_dph_compensated"])
 
 
+def test_an_output_in_another_unit_than_the_true_input_tells_is_told(trained, capsys) -> None:
+    right = recording().assign(reference_dph=9.66)
+    right["rate_dph"] += 9.66
+    right.to_csv("a.csv", index=False)
+    right.rename(columns={"rate_dph": "rate_dps"}).to_csv("b.csv", index=False)
+    assert compensate(trained["polynomial"], "data.files=[a.csv,b.csv]") == 0
+    (told,) = (line for line in capsys.readouterr().out.splitlines() if "×" in line and "about" in line)
+    assert told.startswith("b.csv: rate_dps is about 3600 × reference_dph: is rate_dps in °/h")
+
+
+def test_of_files_with_and_without_a_true_input_those_without_are_named(trained, capsys) -> None:
+    recording().assign(reference_dph=0.0).to_csv("a.csv", index=False)
+    recording().to_csv("b.csv", index=False)
+    files = "data.files=[a.csv,b.csv]"
+    assert compensate(trained["polynomial"], files) == 0
+    assert "the true input of b.csv is neither recorded nor given" in " ".join(capsys.readouterr().out.split())
+    assert [one["reference_known"] for one in facts()] == [True, False]
+    of_input = ["model=polynomial", "model.order=1", "model.features=[temperature,reference_dph]", "data.files=[c.csv]", "hydra.run.dir=of_input"]
+    turned = recording()
+    turned.assign(reference_dph=np.sin(turned["time_s"] / 1000)).to_csv("c.csv", index=False)
+    assert run("train", of_input) == 0
+    assert compensate(Path("of_input"), files) == 2, "its prediction needs it"
+    assert "b.csv: does not record the true input, a.csv does" in capsys.readouterr().err
+    assert compensate(Path("of_input"), files, "data.reference=0") == 0
+
+
 def test_a_file_in_other_units_than_it_is_taken_for_is_told(trained, capsys) -> None:
     frame = recording()
     frame.assign(t=1000 * frame["time_s"], imu=frame["temperature_c"] + 273.15).drop(columns="time_s").to_csv("a.csv", index=False)

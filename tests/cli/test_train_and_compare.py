@@ -263,7 +263,7 @@ def test_a_recording_without_any_error_is_no_reason_to_fail(recordings, tmp_path
     header, *rows = (recordings / "check.csv").read_text().splitlines()
     perfect = [f"{row},{row.rpartition(',')[2]}" for row in rows]
     (tmp_path / "perfect.csv").write_text("\n".join([f"{header},reference_dph", *perfect]) + "\n")
-    files = [f"data.files=[{recordings / 'a.csv'}]", f"data.check_files=[{tmp_path / 'perfect.csv'}]", "data.average_s=100"]
+    files = [f"data.files=[{recordings / 'a.csv'}]", f"data.check_files=[{tmp_path / 'perfect.csv'}]", "data.average_s=100", "data.reference=0"]
     assert run("train", ["model=polynomial", *files, f"hydra.run.dir={tmp_path / 'line'}"]) == 0
     asked = [f"run={tmp_path / 'line'}", f"data.files=[{tmp_path / 'perfect.csv'}]", f"hydra.run.dir={tmp_path / 'out'}"]
     assert run("compensate", asked) == 0

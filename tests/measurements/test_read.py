@@ -262,6 +262,17 @@ def test_the_recorded_reference_is_subtracted_in_the_outputs_unit(tmp_path: Path
         assert np.allclose(run.column("reference_dph"), truth, rtol=1e-14)
 
 
+def test_a_reference_that_one_run_records_is_not_0_in_the_others(tmp_path: Path) -> None:
+    rows = np.arange(100.0)
+    data = {"time_s": rows, "temperature_c": rows, "rate_dph": 9.66 + np.sin(rows)}
+    known = write_measurements(tmp_path / "known.csv", data | {"reference_dph": np.full(100, 9.66)})
+    files = [known, *(write_measurements(tmp_path / f"bare_{place}.csv", data) for place in (1, 2))]
+    with pytest.raises(InputError, match=r"bare_1\.csv: does not record the true input \(nor do 1 more\), .*known\.csv does \(reference_dph\)"):
+        read_runs(files)
+    for run in read_runs(files, reference=9.66):
+        assert torch.allclose(run.error, torch.sin(run.time), rtol=0, atol=1e-12), run.name
+
+
 def test_a_start_up_row_is_noticed_and_kept(tmp_path: Path) -> None:
     data = recording(600, 1.0)
     quiet = read_runs(write_measurements(tmp_path / "a.csv", data))[0]

@@ -70,7 +70,7 @@ def run(verb: str, arguments: list[str]) -> int:
     with warnings.catch_warnings(), _unwrapped(), unread_logs(), _half_typed(verb) if asked else nullcontext():
         try:
             with hollow_removed(), sweep_told(codes), suppress(SystemExit):  # Hydra's own end after --help
-                check_flags(arguments)
+                check_flags(arguments, verb)
                 prefer_own_settings()
                 warnings.filterwarnings("ignore", r"provider=.* is not available", UserWarning)  # `check_searchpath` refuses it
                 hydra.main(version_base="1.3", config_path=str(config_folder()), config_name=verb)(_task(verb, codes, traced))()

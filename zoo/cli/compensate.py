@@ -14,13 +14,12 @@ from rich.text import Text
 
 from zoo.artifacts import write_json
 from zoo.catalog import load_ranges
-from zoo.cli.command_line import is_typed
 from zoo.cli.saved_models import SavedModel, find_model
 from zoo.errors import BadRow, InputError
 from zoo.export.narrowed import narrowed
 from zoo.measurements.files import find_files, run_names, suffix
 from zoo.measurements.read import check_settings
-from zoo.measurements.schema import Layout, layout
+from zoo.measurements.schema import Layout, check_references, layout
 from zoo.measurements.table import column_names
 from zoo.models.compensation import Compensation, Compensator, Tally, check_uncompensated, remarks
 from zoo.models.example import example
@@ -55,9 +54,12 @@ def run(config: DictConfig, out: Path) -> Path:
     with threads_for(0):
         compensator = _compensator(saved, device)
         skip, short = data["bad_rows"] == "skip", data["time_unit"] is None
-        passes = [Compensation(compensator, one, data["reference"], _average(data, saved), data["gap_s"], skip, short) for one in layouts]
+        if any(name.startswith("reference_") for name in compensator.used):
+            check_references(layouts, data["reference"])
+        reference = data["reference"] or 0.0
+        passes = [Compensation(compensator, one, reference, _average(data, saved), data["gap_s"], skip, short) for one in layouts]
         done = [_written(one, target) for one, target in zip(passes, targets, strict=True)]
-    known = [one.reference is not None or data["reference"] != 0 or is_typed("data.reference") for one in layouts]
+    known = [one.reference is not None or data["reference"] is not None for one in layouts]
     facts = [_facts(*each, compensator) for each in zip(layouts, targets, done, known, strict=True)]
     model = {"path": str(saved.folder), "name": saved.kind}
     write_json(out / RESULT, {"schema_version": 1, "model": model, "files": facts})
@@ -188,7 +190,11 @@ def _print(facts: list[dict[str, Any]]) -> None:
         for note in one["notes"]:
             console.print(Text(f"{Path(one['written']).name}: {note}"), soft_wrap=True)
     if not all(one["reference_known"] for one in facts):
-        told = "the true input is neither recorded nor given (data.reference), so the mean and σ are those of output less 0, whatever the gyro did"
+        unknown = [Path(one["written"]).name for one in facts if not one["reference_known"]]
+        of = f" of {', '.join(unknown)}" if len(unknown) < len(facts) else ""
+        told = (
+            f"the true input{of} is neither recorded nor given (data.reference), so the mean and σ are those of output less 0, whatever the gyro did"
+        )
         console.print(Text(told), soft_wrap=True)
 
 

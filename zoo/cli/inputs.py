@@ -19,6 +19,7 @@ from zoo.errors import InputError
 from zoo.measurements.files import find_files
 from zoo.measurements.points import Points
 from zoo.measurements.run import SHARES, Run
+from zoo.measurements.schema import one_sided
 from zoo.models.features import Features
 
 
@@ -52,6 +53,8 @@ def read_data(config: DictConfig) -> tuple[list[Run], list[Run]]:
         _check_unseen(check_files, data.files)
         average_s = data.average_s if data.average_s is None else runs[0].average_s
         found = create(data, files=[check_files] if isinstance(check_files, str) else list(check_files), average_s=average_s)
+        if data.get("reference") is None:
+            _check_references(runs[0], found[0])
         spare = _spare(config, runs[0], found)
         runs, checks = ([_without(run, spare) for run in part] for part in (runs, checks))
         checks += points.meeting(found)
@@ -85,6 +88,27 @@ def _check_unseen(check_files: Any, files: Any) -> None:
     twin = next((path for path in find_files(_plain(check_files)) if path.resolve() in fitted), None)
     if twin:
         raise InputError(f"data.check_files: {twin} is in data.files too; a run that was fitted checks nothing")
+
+
+def _check_references(fitted: Run, check: Run) -> None:
+    """Refuse runs to check on that record the true input where the fitted ones do not, or the other way round.
+
+    Args:
+        fitted: any of the runs, which are alike among themselves.
+        check: any of the runs to check on, likewise.
+
+    Raises:
+        InputError: names both.
+    """
+    known = [(f"{one.name} ({key})", column) for key, one in (("data.files", fitted), ("data.check_files", check)) if (column := _truth(one))]
+    lacking = [f"{one.name} ({key})" for key, one in (("data.files", fitted), ("data.check_files", check)) if one.recorded and not _truth(one)]
+    if known and lacking:
+        raise one_sided(lacking, *known[0], fitted.unit)
+
+
+def _truth(run: Run) -> str | None:
+    """What its file calls the true input; None where that is not recorded."""
+    return next((one.column for one in run.recorded if one.name.startswith("reference_")), None)
 
 
 def _plain(value: Any) -> Any:

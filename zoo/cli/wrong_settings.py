@@ -27,8 +27,12 @@ _SPECIAL = re.compile(r"[^A-Za-z0-9_ /\\+.$%*@?|:-]")
 """What a value may hold in quotes only."""
 
 
-def check_flags(arguments: list[str]) -> None:
+def check_flags(arguments: list[str], verb: str) -> None:
     """Refuses a flag that does not exist, which argparse would answer with its whole usage.
+
+    Args:
+        arguments: as typed.
+        verb: whose settings may be meant.
 
     Raises:
         InputError: names the flag, and what is possible.
@@ -39,12 +43,25 @@ def check_flags(arguments: list[str]) -> None:
     def refuse(message: str) -> NoReturn:
         unknown = message.removeprefix("unrecognized arguments: ").split()[0]
         if unknown.startswith("-"):
-            raise InputError(f"unknown flag {unknown}: {nearest(unknown, flags)}")
+            raise InputError(f"unknown flag {unknown}: {_setting(unknown, verb) or nearest(unknown, flags)}")
         apart = f"{unknown} stands apart from the other settings; all come before the flags, or all behind them"
         raise InputError(apart if message.startswith("unrecognized") else message)
 
     parser.error = refuse  # type: ignore[method-assign]
     parser.parse_args(arguments)
+
+
+def _setting(flag: str, verb: str) -> str | None:
+    """What to type instead of a flag that is called like a setting; None where it is not.
+
+    Args:
+        flag: such as ``--files`` or ``--data.files=a.csv``.
+        verb: whose settings there are.
+    """
+    key = flag.lstrip("-").partition("=")[0].replace("-", "_")
+    own = _keys(verb)
+    full = key if key.partition(".")[0] in own else f"data.{key}" if "data" in own and key in _keys("data/files") else None
+    return None if full is None else f"settings are given without dashes: {full}=…{' (files as [a.csv,b.csv])' if key.endswith('files') else ''}"
 
 
 def check_searchpath() -> None:

@@ -84,7 +84,7 @@ def check_effects(runs: list[Run], effects: list[str], catalogue: dict[str, Effe
             raise InputError(f"unknown effect '{name}': {nearest(name, catalogue)}")
         lacking = [column for column in catalogue[name].needs if column not in runs[0].columns]
         if lacking:
-            raise InputError(f"effect '{name}' needs the column {', '.join(lacking)}; {runs[0].name} has {', '.join(runs[0].columns)}")
+            raise InputError(f"effect '{name}' needs the column {', '.join(lacking)}; {runs[0].name} has {', '.join(runs[0].known)}")
     check_swing(runs, {name: catalogue[name] for name in effects})
 
 

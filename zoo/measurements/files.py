@@ -49,7 +49,7 @@ def find_files(files: Sequence[str | Path] | str | Path) -> list[Path]:
 def _matches(asked: str) -> list[Path]:
     path = Path(asked).expanduser()
     if path.is_dir():
-        raise InputError(f"{asked}: is a folder; name the files in it: data.files=[{path / '*.csv'}]")
+        raise InputError(f"{asked}: is a folder; name the files in it: {_inside(path)}")
     if path.exists():
         return [path]
     if not glob.has_magic(asked):
@@ -58,6 +58,13 @@ def _matches(asked: str) -> list[Path]:
     if not found:
         raise InputError(f"{asked}: no file matches{_instead(path)}")
     return found
+
+
+def _inside(folder: Path) -> str:
+    """What may be meant by a folder: its runs, or all its files, and those to check on by themselves."""
+    runs = "run_*.csv" if any(folder.glob("run_*.csv")) else "*.csv"
+    checks = "; what is called check… belongs into data.check_files" if any(folder.glob("check*.csv")) else ""
+    return f"data.files=[{folder / runs}]{checks}"
 
 
 def _instead(path: Path) -> str:

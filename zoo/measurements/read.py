@@ -18,8 +18,9 @@ from zoo.measurements.files import find_files, run_names
 from zoo.measurements.gaps import unsettled
 from zoo.measurements.recording import GAP_STEPS, JITTER, Average, Recording, auto_length
 from zoo.measurements.run import Run
-from zoo.measurements.schema import Layout, Source, in_run_units, keep_shared, layout, overruled
+from zoo.measurements.schema import Layout, Source, check_references, in_run_units, keep_shared, layout, overruled
 from zoo.measurements.table import chunks, column_names
+from zoo.measurements.wrong_unit import mistaken_unit
 
 BadRows = Literal["error", "skip"]
 HEAD_ROWS = 100_000
@@ -33,7 +34,7 @@ def read_runs(
     files: Sequence[str | Path] | str | Path,
     columns: Mapping[str, str | None] | None = None,
     output_unit: str | None = None,
-    reference: float = 0.0,
+    reference: float | None = None,
     average_s: Average = "auto",
     gap_s: float | None = None,
     bad_rows: BadRows = "error",
@@ -47,7 +48,7 @@ def read_runs(
         columns: role (time, temperature, temperature_NAME, output, reference, supply_v, field_ut, humidity_pct, pressure_kpa) -> the files'
             own name; roles left out have their default names. Any other role is a column more, for an effect that needs it by that name.
         output_unit: the output's unit, as suffix or as usually written; None where the column's name tells it.
-        reference: true input [output's unit] of runs that do not record it.
+        reference: true input [output's unit] of runs that do not record it; None for 0, where none of them does.
         average_s: length of the blocks [s]; None for as recorded; ``"auto"`` for the longest of 1, 2, 5, 10, 20, 50, 100 s of which all the
             runs together have 400. Pass the `average_s` of the runs fitted when reading the runs to check on.
         gap_s: longest time between rows that is no gap [s]; None for five median steps.
@@ -66,12 +67,13 @@ def read_runs(
     check_settings(reference, average_s, gap_s, bad_rows)
     paths = find_files(files)
     layouts = keep_shared([layout(path, column_names(path), columns, output_unit, time_unit, temperature_unit) for path in paths])
-    recordings = [_record(one, reference, average_s, gap_s, bad_rows, time_unit is None) for one in layouts]
+    check_references(layouts, reference)
+    recordings = [_record(one, reference or 0.0, average_s, gap_s, bad_rows, time_unit is None) for one in layouts]
     length = auto_length(recordings) if average_s == "auto" else average_s
     return [_run(*each, length) for each in zip(run_names(paths), layouts, recordings, strict=True)]
 
 
-def check_settings(reference: float, average_s: Average, gap_s: float | None, bad_rows: str) -> None:
+def check_settings(reference: float | None, average_s: Average, gap_s: float | None, bad_rows: str) -> None:
     """Refuse what cannot be a true input, a length of blocks, the length of a gap, or a way with bad rows; the arguments are those of `read_runs`.
 
     Raises:
@@ -80,8 +82,8 @@ def check_settings(reference: float, average_s: Average, gap_s: float | None, ba
     for key, value, words in (("average_s", average_s, ("auto",)), ("gap_s", gap_s, ())):
         if value is not None and value not in words and not (is_number(value) and float(value) > 0):
             raise InputError(f"data.{key}={value}: possible are {', '.join(('a positive number of seconds', *words))} and null")
-    if not is_number(reference):
-        raise InputError(f"data.reference={reference}: a number is needed, the true input in the output's unit")
+    if reference is not None and not is_number(reference):
+        raise InputError(f"data.reference={reference}: a number is needed, the true input in the output's unit, or null")
     if bad_rows not in get_args(BadRows):
         raise InputError(f"data.bad_rows={bad_rows}: possible are {', '.join(get_args(BadRows))}")
 
@@ -195,6 +197,7 @@ def _run(name: str, one: Layout, recording: Recording, length: float | None) -> 
         raise InputError(f"{one.path}: no block of {average:g} s has half of its rows ({lasts}); choose a shorter data.average_s")
     table = torch.from_numpy(fine.mean)
     hot = [note for place, source in enumerate(one.inputs) for note in implausible(source, float(fine.mean[:, place].max()))]
+    doubt = mistaken_unit(one, fine.mean[:, -2], fine.mean[:, -1], fine.count)
     return Run(
         name=name,
         unit=one.unit,
@@ -205,7 +208,7 @@ def _run(name: str, one: Layout, recording: Recording, length: float | None) -> 
         count=torch.from_numpy(fine.count),
         block=torch.from_numpy(block),
         rows=recording.rows,
-        notes=(*recording.notes, *_notes(recording, average, length, thin), *forgetting, *hot),
+        notes=(*recording.notes, *_notes(recording, average, length, thin), *forgetting, *hot, *doubt),
         recorded=one.sources,
     )
 

@@ -79,6 +79,12 @@ class Run:
         """Names of the thermometers' columns, the main one first."""
         return tuple(name for name in self.columns if name.startswith("temperature_"))
 
+    @property
+    def known(self) -> tuple[str, ...]:
+        """Names of the columns that its file has: without the true input where that was only given, or taken as 0."""
+        given = bool(self.recorded) and not any(one.name.startswith("reference_") for one in self.recorded)
+        return self.columns[:-1] if given else self.columns
+
     def column(self, name: str) -> Tensor:
         """(T,) one raw column, or the `output`.
 

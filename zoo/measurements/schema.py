@@ -109,7 +109,7 @@ def layout(
     return replace(found, notes=(*notes, *_overlooked(found, present)))
 
 
-def overruled(one: Layout, reference: float) -> list[str]:
+def overruled(one: Layout, reference: float | None) -> list[str]:
     """A note where a file records the true input and another one was given.
 
     Args:
@@ -156,6 +156,38 @@ def keep_shared(layouts: Sequence[Layout]) -> list[Layout]:
     return [replace(one, inputs=tuple(sorted(one.inputs, key=lambda source: place[source.name]))) for one in kept]
 
 
+def check_references(layouts: Sequence[Layout], reference: float | None) -> None:
+    """Refuse files of which only some record the true input, where nobody has said that of the others: it would be taken as 0.
+
+    Args:
+        layouts: of the files, in the order read.
+        reference: as given for files that do not record it [output's unit]; None where it was not.
+
+    Raises:
+        InputError: names a file of either kind.
+    """
+    recorded = [(str(one.path), one.reference.column) for one in layouts if one.reference]
+    lacking = [str(one.path) for one in layouts if not one.reference]
+    if reference is None and recorded and lacking:
+        raise one_sided(lacking, *recorded[0], layouts[0].unit)
+
+
+def one_sided(lacking: Sequence[str], other: str, column: str, unit: str) -> InputError:
+    """What to say of runs that do not record the true input beside one that does.
+
+    Args:
+        lacking: those that do not.
+        other: one that does.
+        column: what the true input is called there.
+        unit: suffix of the output's unit.
+    """
+    more = f" (nor do {len(lacking) - 1} more)" if len(lacking) > 1 else ""
+    told = f"{lacking[0]}: does not record the true input{more}, {other} does ({column})"
+    return InputError(
+        f"{told}; it is not taken as 0\nadd the column, or say the true input of all that lack it: data.reference=… ({units.symbol(unit)})"
+    )
+
+
 def _without(one: Layout, names: list[str]) -> Layout:
     notes = (f"{name} is not used, as not all the runs have it" for name in names)
     return replace(one, inputs=tuple(source for source in one.inputs if source.name not in names), notes=(*one.notes, *notes))
@@ -166,7 +198,7 @@ def _check_mapping(path: Path, present: Sequence[str], mapped: Mapping[str, str]
         if role not in ROLES and not _is_thermometer(role) and _looks_mistyped(role):
             raise InputError(f"{_KEY}.{role}: no such role; {nearest(role, (*ROLES, 'temperature_NAME'))}")
         if name not in present:
-            raise InputError(f"{path}: no column '{name}' ({_KEY}.{role}={name}); its columns: {', '.join(present)}")
+            raise InputError(f"{path}: no column '{name}' ({_KEY}.{role}={name}); its columns: {', '.join(present)}{_remark(name, role, present)}")
     for role, name in mapped.items():
         twin = next((other for other, column in mapped.items() if column == name and other != role), None)
         if twin:
@@ -196,9 +228,19 @@ def _required(path: Path, present: Sequence[str], mapped: Mapping[str, str], rol
     called = [default, *(f"{default.removesuffix(unit)}{other}" for other in units.suffixes(quantity))]
     name = mapped.get(role) or next((one for one in called if one in present), default)
     if name not in present:
-        hint = f"if another one holds the {role}: {_KEY}.{role}=NAME"
-        raise InputError(f"{path}: no column '{name}'; its columns: {', '.join(present)}\n{hint}")
+        hint = _remark(name, role, present) or f"\nif another one holds the {role}: {_KEY}.{role}=NAME"
+        raise InputError(f"{path}: no column '{name}'; its columns: {', '.join(present)}{hint}")
     return Source(default, name, units.output_suffix(name, quantity) or unit, unit)
+
+
+def _remark(name: str, role: str, present: Sequence[str]) -> str:
+    """A line on why a column is not found: a comment stands where the header should, or another one is called nearly so; empty where neither is."""
+    if present and present[0].startswith("#"):
+        return "\nrow 1 begins with #: the header with the columns' names must be the first line, without a #"
+    lowered = {one.lower(): one for one in reversed(present) if not _is_thermometer(one)}
+    begun = [one for one in lowered if len(one) >= 3 and name.lower().startswith(one)]
+    close = begun or ([name.lower()] if name.lower() in lowered else difflib.get_close_matches(name.lower(), lowered, n=1, cutoff=0.7))
+    return f"\ndid you mean {lowered[close[0]]}? then say {_KEY}.{role}={shlex.quote(lowered[close[0]])}" if close else ""
 
 
 def _said(path: Path, found: Source, what: str, unit: str | None) -> Source:
@@ -263,7 +305,8 @@ def _only_output(path: Path, present: Sequence[str]) -> str:
     if len(found) == 1:
         return found[0]
     truth = ("reference_", "predicted_error_")
-    possible = found or [name for name in present if units.output_suffix(name) and not name.startswith(truth)] or present
+    unlike = [name for name in present if _is_output(name.lower())]
+    possible = found or unlike or [name for name in present if units.output_suffix(name) and not name.startswith(truth)] or present
     what = "several columns can be the output" if found else "no column is called rate_UNIT, accel_UNIT, pulses or counts"
     raise InputError(f"{path}: {what}; say which one it is: {_KEY}.output={'|'.join(possible)}")
 

@@ -17,6 +17,7 @@ from zoo.measurements.read import check_length, implausible, median_step
 from zoo.measurements.recording import GAP_STEPS, Average, Recording, auto_length, block_means
 from zoo.measurements.run import OUTPUT
 from zoo.measurements.schema import Layout, Source, overruled
+from zoo.measurements.wrong_unit import mistaken_unit
 from zoo.models.base import Model
 from zoo.models.places import FIRST_S
 from zoo.models.ranges import TIME, Ranges, Watched, outside
@@ -61,7 +62,7 @@ class Tally:
         outside: by column, rate or lag, rows outside of what was fitted, and the lowest and highest value there.
         notes: one sentence each.
         average_s: length of the blocks [s].
-        blocks: (N, 3) means of time [s], error and predicted error [output's unit].
+        blocks: (N, 4) means of time [s], error, predicted error and true input [output's unit].
     """
 
     rows: int = 0
@@ -70,7 +71,7 @@ class Tally:
     outside: dict[str, tuple[int, float, float]] = field(default_factory=dict)
     notes: list[str] = field(default_factory=list)
     average_s: float = 0.0
-    blocks: np.ndarray = field(default_factory=lambda: np.zeros((0, 3)))
+    blocks: np.ndarray = field(default_factory=lambda: np.zeros((0, 4)))
 
 
 def columns_needed(compensator: Compensator, one: Layout) -> tuple[Source, ...]:
@@ -180,7 +181,7 @@ class Compensation:
         predicted = np.full(len(known), np.nan)
         predicted[known] = self._predicted(x)
         self._count_outside(x)
-        self._push(numbers, output - truth, predicted)
+        self._push(numbers, output - truth, predicted, truth)
         return np.stack([predicted, output - predicted], axis=1)
 
     def _doubt(self, numbers: np.ndarray) -> None:
@@ -228,13 +229,13 @@ class Compensation:
                 count, low, high = self.tally.outside.get(name, (0, np.inf, -np.inf))
                 self.tally.outside[name] = count + len(values), min(low, float(values.min())), max(high, float(values.max()))
 
-    def _push(self, numbers: np.ndarray, error: np.ndarray, predicted: np.ndarray) -> None:
+    def _push(self, numbers: np.ndarray, error: np.ndarray, predicted: np.ndarray, truth: np.ndarray) -> None:
         """Takes rows for the means by which the result is judged."""
         if self._recording is None:
             timed = numbers[np.isfinite(numbers[:, 0])]
             step = median_step(self._one.path, [timed]) if len(timed) > 1 else 1.0  # a row alone is a block, whatever its length
             self._recording = Recording(step, self._average_s, GAP_STEPS * step if self._gap_s is None else max(self._gap_s, step))
-        rows = np.stack([numbers[:, 0], error, predicted], axis=1)
+        rows = np.stack([numbers[:, 0], error, predicted, truth], axis=1)
         rows = rows[np.isfinite(rows).all(axis=1)]
         if len(rows):
             self._recording.push(rows)
@@ -248,6 +249,7 @@ class Compensation:
         length = auto_length([recording]) if self._average_s == "auto" else self._average_s
         tally.blocks = block_means(recording, length)
         tally.average_s = recording.step_s if length is None else max(float(length), recording.step_s)
+        tally.notes += mistaken_unit(self._one, tally.blocks[:, 3], tally.blocks[:, 1])
         if recording.clock.gaps:
             tally.notes.append(f"{recording.clock.told()}; what the model remembers goes on along a straight line")
 

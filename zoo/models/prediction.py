@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import difflib
 from collections.abc import Sequence
 
 import torch
@@ -10,6 +11,9 @@ from torch import Tensor
 from zoo.errors import InputError
 from zoo.measurements.run import OUTPUT, Run
 from zoo.models.base import FeatureModel, Model
+
+LIKE = 0.85
+"""Likeness of names above which one is taken for the other, mistyped (difflib's ratio)."""
 
 
 def raw_columns(model: Model, run: Run) -> Tensor:
@@ -21,7 +25,9 @@ def raw_columns(model: Model, run: Run) -> Tensor:
     missing = [name for name in model.inputs if name not in (*run.columns, OUTPUT)]
     if missing:
         left_out = [note for note in run.notes if note.split(" ", 1)[0] in missing]
-        there = f"here {', '.join(left_out)}" if left_out else f"the file has {', '.join(run.columns)}"
+        meant = [close for name in missing for close in difflib.get_close_matches(name, run.known, n=1, cutoff=LIKE)]
+        has = f"he file has {', '.join(run.known)}"
+        there = f"here {', '.join(left_out)}" if left_out else f"did you mean {', '.join(meant)}? T{has}" if meant else f"t{has}"
         raise InputError(f"{run.name}: the model needs the column {', '.join(missing)}; {there}")
     return run.select(model.inputs)
 

@@ -172,7 +172,7 @@ def _named(names: list[str], present: Mapping[str, Effect], catalogue: Mapping[s
         if name in present:
             raise InputError(f"hidden={name}: is one of effects=[{','.join(present)}] already; possible: {', '.join(possible)}")
         if name not in catalogue:
-            raise InputError(f"hidden={name}: no such effect; possible: a number, or of {', '.join(possible)}")
+            raise InputError(f"hidden={name}: no such effect; possible: a number (hidden=0 hides nothing), or of {', '.join(possible)}")
     if len(set(names)) < len(names):
         raise InputError(f"hidden={names}: a name occurs twice")
     return names
