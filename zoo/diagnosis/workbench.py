@@ -179,8 +179,7 @@ class Workbench:
 
     def design(self, names: tuple[str, ...]) -> Design:
         """The columns of a set of effects on the runs."""
-        effects = {name: copy.deepcopy(self.effects[name]) for name in names}
-        return self._bare.of(GrayBox(effects, self.inputs, self.in_motion))
+        return self._bare.of(GrayBox({name: copy.deepcopy(self.effects[name]) for name in names}, self.inputs, self.in_motion))
 
     @cached_property
     def _bare(self) -> Design:
@@ -315,9 +314,8 @@ class Workbench:
 
     def moved(self, solved: Solved, theta: Tensor) -> Solved:
         """The same effects at other nonlinear parameters (P,), their amplitudes fitted; the fitted values of the model stay."""
-        design = solved.design
-        found = fit(design.plain_columns, design.target, theta, iterations=0, weigh=self.whitener, prior=design.prior)
-        return Solved(solved.names, solved.model, design, found, self.mixtures, solved.likely.place)
+        found = fit(solved.design.plain_columns, solved.design.target, theta, iterations=0, weigh=self.whitener, prior=solved.design.prior)
+        return Solved(solved.names, solved.model, solved.design, found, self.mixtures, solved.likely.place)
 
     def without(self, full: Solved, name: str) -> Solved:
         """Refit with one effect less, started from the full model's parameters; a solution that is known already stays where that start is worse."""
@@ -378,10 +376,8 @@ class Workbench:
         """The runs without the few isolated blocks that a model leaves far off; the same bench where there are none."""
         residuals = list(solved.residual.split([run.blocks for run in self.runs]))
         runs = without_outliers(self.runs, residuals, solved.likely.noise.white)
-        if runs is self.runs:
-            return self
         white = self.mixtures.white
-        return Workbench(runs, self.effects, assumed(white, runs), NoiseMixtures(runs, white))
+        return self if runs is self.runs else Workbench(runs, self.effects, assumed(white, runs), NoiseMixtures(runs, white))
 
     def with_noise(self, noise: NoiseModel) -> Workbench:
         """The same runs, fits weighted with another noise model."""
