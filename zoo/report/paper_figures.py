@@ -11,7 +11,7 @@ from zoo.papers.study import BEFORE, Claim, Row, Study
 from zoo.report.canvas import blank, curve, panel
 from zoo.report.comparison_figure import COLORS, legend_above, legend_columns
 from zoo.report.palette import INK, MEASURED
-from zoo.report.wording import significant
+from zoo.report.wording import joined, significant
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -41,14 +41,17 @@ def drift_figure(study: Study, unit: str) -> Figure:
 
 
 def fits_figure(study: Study, sample: int, unit: str) -> Figure:
-    """The error of one run and what every method predicts: median and 90 % band over the seeds."""
+    """The error of one run and what every method predicts: median and 90 % band over the seeds, as far as they stay on its scale."""
     run, colors = study.runs[sample], _colors(study.methods)
-    figure, axes = _single({"measured": MEASURED, **colors}, f"{run.name}: error and predictions [{unit}]")
     hours, error = run.block_mean(run.time).numpy() / 3600, study.left[BEFORE][sample][0].numpy()
+    predicted, ends = {name: error - study.left[name][sample].numpy() for name in colors}, _around(error)
+    gone = [name for name, values in predicted.items() if _off(np.quantile(values, 0.5, axis=0), ends).any()]
+    title = f"{run.name}: error and predictions [{unit}]" + (f"; off the scale at times: {joined(gone)}" if gone else "")
+    figure, axes = _single({"measured": MEASURED, **colors}, title)
     axes.plot(*curve(hours, error), color=MEASURED, lw=2.4)
     for name, color in colors.items():
-        _band(axes, hours, error - study.left[name][sample].numpy(), color)
-    axes.set_ylim(*_around(error))
+        _band(axes, hours, predicted[name], color, ends)
+    axes.set_ylim(*ends)
     axes.set_xlabel("Time [h]")
     return figure
 
@@ -80,8 +83,9 @@ def table_figure(rows: list[Row], quantity: str, stage: str) -> Figure:
     samples, models = (list(dict.fromkeys(getattr(row, key) for row in chosen)) for key in ("sample", "model"))
     names = {f"sample {sample}" if sample.isdigit() else sample: COLORS[place] for place, sample in enumerate(samples)}
     size = "|" if any(row.ours < 0 for row in chosen) else ""
-    figure, axes = _single({**names, "paper (diamonds)": INK}, f"{size}{quantity}{size}, {stage} run [{chosen[0].unit}]", LINE)
     low, high = _kept([abs(value) for row in chosen for value in (row.ours, row.paper) if value])
+    title = f"{size}{quantity}{size}, {stage} run [{chosen[0].unit}]{_signs(chosen, low, high)}"
+    figure, axes = _single({**names, "paper (diamonds)": INK}, title, LINE)
     for row in chosen:
         place = samples.index(row.sample)
         x = models.index(row.model) + (place - (len(samples) - 1) / 2) * 0.8 / max(len(samples), 1)
@@ -103,6 +107,18 @@ def _single(colors: dict[str, str], title: str, below: int = 0) -> tuple[Figure,
 
 def _colors(names: list[str]) -> dict[str, str]:
     return {name: LINES[place % len(LINES)] for place, name in enumerate(names)}
+
+
+def _signs(rows: list[Row], low: float, high: float) -> str:
+    """What to add to a title where bars and arrows are drawn."""
+    bars, arrows = any(row.high > row.low for row in rows), any(not low <= abs(row.ours) <= high for row in rows)
+    return f"{'; bars: 90 % of the seeds' if bars else ''}{'; arrows: off the scale' if arrows else ''}"
+
+
+def _off(values: np.ndarray, ends: tuple[float, float]) -> np.ndarray:
+    """Where values lie beyond the ends of an axis."""
+    beyond: np.ndarray = (values < ends[0]) | (values > ends[1])
+    return beyond
 
 
 def _around(values: np.ndarray) -> tuple[float, float]:
@@ -176,9 +192,9 @@ def _cell(row: Row | None) -> str:
     return f"{row.ours:.4g}{band}" + ("" if row.paper is None else f"<br>*{row.paper:.4g}*")
 
 
-def _band(axes: Axes, hours: np.ndarray, values: np.ndarray, color: str) -> None:
-    """Median over the seeds (E, N), and the band in which 90 % of them lie."""
+def _band(axes: Axes, hours: np.ndarray, values: np.ndarray, color: str, ends: tuple[float, float] = (-np.inf, np.inf)) -> None:
+    """Median over the seeds (E, N), and the band in which 90 % of them lie; not where they pass the ends of the axis, on both sides for the band."""
     low, middle, high = np.quantile(values, (0.05, 0.5, 0.95), axis=0)
     if len(values) > 1:
-        axes.fill_between(hours, low, high, color=color, alpha=0.25, lw=0)
-    axes.plot(*curve(hours, middle), color=color, lw=1.1)
+        axes.fill_between(hours, low, high, where=(low >= ends[0]) | (high <= ends[1]), color=color, alpha=0.25, lw=0)
+    axes.plot(*curve(hours, np.where(_off(middle, ends), np.nan, middle)), color=color, lw=1.1)
