@@ -59,3 +59,4 @@ def test_the_oldest_are_forgotten(monkeypatch: pytest.MonkeyPatch) -> None:
     assert numbers(of(1, 3, 4)) == [1, 3, 4]
     assert of.asked == [1, 2, 3, 4], "2 was used longest ago"
     assert numbers(of(2, 5, 6, 7)) == [2, 5, 6, 7], "more at once than are kept"
+    assert of.asked == [1, 2, 3, 4, 2, 5, 6, 7], "2 had to be made again"

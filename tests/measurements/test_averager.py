@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-import warnings
+import subprocess
+import sys
 
 import pytest
 import torch
@@ -63,9 +64,13 @@ def test_several_records_joined_are_each_alone(width) -> None:
 
 
 def test_nobody_is_told_that_a_matrix_of_torch_is_a_beta() -> None:
-    with warnings.catch_warnings():
-        warnings.simplefilter("error")
-        Averager.weighted(BLOCK, WEIGHT)(values(1))
+    """It warns once a process."""
+    program = (
+        "import torch; from zoo.measurements.averager import Averager; "
+        "Averager.weighted(torch.tensor([0, 0, 1]), torch.ones(3, dtype=torch.float64))(torch.ones(3, 1, dtype=torch.float64))"
+    )
+    done = subprocess.run([sys.executable, "-W", "error::UserWarning", "-c", program], capture_output=True, text=True, check=False)
+    assert (done.returncode, done.stderr) == (0, "")
 
 
 def test_a_record_without_a_block_has_no_mean() -> None:

@@ -246,6 +246,15 @@ def test_a_shorter_run_recorded_alike_has_the_first_part_of_a_longer_ones_noise(
     torch.testing.assert_close(whitener.factors[0] @ noise.covariance(less) @ whitener.factors[0].mT, torch.eye(short, dtype=torch.float64))
 
 
+@pytest.mark.parametrize(("apart", "alike"), [(1e-10, True), (1e-3, False), (50.0, False)])
+def test_times_that_are_the_same_but_for_rounding_are_the_same(apart, alike) -> None:
+    """Means of times are rounded by how many there are; blocks after a gap are others all the same."""
+    long, other = grid(60), grid(40)
+    late = Blocks(torch.cat([other.time[:20], other.time[20:] + apart]), other.share)
+    assert late.begins(long) is alike
+    assert late.same(other) is alike
+
+
 def test_white_noise_has_as_many_effective_samples_as_blocks_and_coloured_noise_fewer() -> None:
     blocks = Blocks(torch.arange(300, dtype=torch.float64) * 100.0, torch.ones(300, dtype=torch.float64))
     counts = [effective_samples(NoiseModel(1.0, flicker), [blocks, blocks]) for flicker in (0.0, 0.3, 1.0)]
