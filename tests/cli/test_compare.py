@@ -114,6 +114,26 @@ def test_the_noise_floor_is_that_of_the_recording(recordings, sweep, tmp_path) -
     assert document["methods"][0]["excess"] == pytest.approx(document["rms"]["polynomial"] / document["noise_floor"])
 
 
+def test_names_say_which_network_and_no_folder_and_blocks_in_seconds(recordings, tmp_path) -> None:
+    """A network by its name and one setting by setting; `auto` blocks are as long as they came to be; runs that lie elsewhere are no other method."""
+    shutil.copy(recordings / "a.csv", tmp_path / "moved.csv")
+    files, hybrid = f"data.files=[{recordings / 'a.csv'}]", ["model=hybrid", "effects=[mohr]", "epochs=2"]
+    trained = {
+        "line": [*hybrid, "model.network=polynomial", files],
+        "net": [*hybrid, files],
+        "auto": ["model=polynomial", files],
+        "long": ["model=polynomial", files, "data.average_s=200"],
+        "there": ["model=polynomial", "data.average_s=200", f"data.files=[{tmp_path / 'moved.csv'}]"],
+    }
+    for name, settings in trained.items():
+        assert run("train", *settings, f"hydra.run.dir={tmp_path / name}") == 0
+    block = json.loads((tmp_path / "auto" / "metrics.json").read_text())["average_s"]
+    models = f"runs=[{','.join(str(tmp_path / name) for name in trained)}]"
+    document = compare(tmp_path / "out", models, f"data.files=[{recordings / 'check.csv'}]")
+    names = ["hybrid_polynomial", "hybrid_bp", f"polynomial_average_s{block:g}", "polynomial_average_s200", "polynomial_average_s200_2"]
+    assert [one["name"] for one in document["models"]] == names
+
+
 def test_order_does_not_matter(recordings, sweep, tmp_path) -> None:
     files = f"data.files=[{recordings / 'check.csv'},{recordings / 'later.csv'}]"
     jobs = [str(sweep / str(i)) for i in range(2 * SEEDS)]
@@ -211,7 +231,7 @@ def test_recordings_in_another_unit_are_compared_like_those_in_the_models_own(re
 def test_a_run_that_was_fitted_is_told(recordings, sweep, tmp_path) -> None:
     document = compare(tmp_path, f"runs=[{sweep / 'line'}]", f"data.files=[{recordings / 'a.csv'},{recordings / 'check.csv'}]")
     assert document["methods"][0]["fitted_runs"] == ["a"]
-    assert "that flatters them there" in (tmp_path / "comparison.html").read_text()
+    assert "that flatters it there" in (tmp_path / "comparison.html").read_text()
 
 
 @pytest.mark.parametrize(

@@ -151,17 +151,41 @@ def pasted(out: str) -> list[str]:
 
 
 def test_what_refine_prints_as_next_can_be_pasted(recordings, tmp_path, capsys) -> None:
-    """It compares the refined model on the check runs, averaged as they were; without any on the fitted runs."""
+    """It compares the refined model on the check runs, averaged as they were; without any on the fitted runs, and says so."""
     files, check = f"data.files=[{recordings / 'a.csv'},{recordings / 'b.csv'}]", f"data.check_files=[{recordings / 'check.csv'}]"
     for more, names in (([check, "data.average_s=200"], {"check"}), ([], {"a", "b"})):
         out = tmp_path / f"refined_{len(more)}"
         assert run("refine", ["add=warm_up", "candidates=[warm_up]", files, *more, f"hydra.run.dir={out}"]) == 0
-        command = pasted(capsys.readouterr().out)
+        told = capsys.readouterr().out
+        assert ("judges the runs that were fitted" in told) == (not more)
+        command = pasted(told)
         assert run("compare", [*command, f"hydra.run.dir={out}/compared"]) == 0
+        assert ("All of these runs were fitted" in capsys.readouterr().out) == (not more)
         document = json.loads((out / "compared" / "comparison.json").read_text())
         assert {one["run"] for one in document["runs"]} == names
         assert document["average_s"] == (200 if more else json.loads((out / "refinement.json").read_text())["average_s"])
-        capsys.readouterr()
+
+
+@pytest.mark.parametrize("check", [False, True])
+def test_what_was_held_out_is_all_that_the_next_command_judges(recordings, tmp_path, capsys, check) -> None:
+    """The RMS is that of refine's own check; pieces of another size were fitted, and so were those of a model that saw all of the run."""
+    out, files = tmp_path / "refined", [f"data.files=[{recordings / 'a.csv'}]", "data.holdout=0.3"]
+    files += [f"data.check_files=[{recordings / 'check.csv'}]"] if check else []
+    assert run("refine", ["add=warm_up", "candidates=[warm_up]", *files, f"hydra.run.dir={out}"]) == 0
+    told = capsys.readouterr().out
+    assert "judges the runs that were fitted" not in told
+    command = pasted(told)
+    assert run("compare", [*command, f"hydra.run.dir={out}/compared"]) == 0
+    document = json.loads((out / "compared" / "comparison.json").read_text())
+    assert [one["run"] for one in document["runs"]] == ["a (held out)", *(["check"] if check else [])]
+    assert document["methods"][0]["fitted_runs"] == []
+    assert document["methods"][0]["rms"]["median"] == pytest.approx(
+        json.loads((out / "refinement.json").read_text())["ladder"][-1]["rms_check"], rel=1e-6
+    )
+    for share, fitted in (("0.3", []), ("0.5", ["a (held out)"])):
+        asked = [f"runs=[{out}]", f"data.files=[{recordings / 'a.csv'}]", f"data.holdout={share}", f"hydra.run.dir={tmp_path / share}"]
+        assert run("compare", asked) == 0
+        assert json.loads((tmp_path / share / "comparison.json").read_text())["methods"][0]["fitted_runs"] == fitted
 
 
 def test_a_folder_used_again_holds_nothing_of_the_model_before(recordings, tmp_path) -> None:

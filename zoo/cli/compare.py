@@ -50,18 +50,23 @@ def run(config: DictConfig, out: Path) -> Path:
     models, skipped = find_entrants(given) if given else ([], [])
     if skipped:
         Console(stderr=True).print(Text(f"skipped, without a finished model: {', '.join(skipped)}"), style="yellow", soft_wrap=True, highlight=False)
-    runs, check_runs = read_data(_with_trained_blocks(config, models))
-    print_notes([*runs, *check_runs])
-    entrants = named(
-        [*models, *given_predictions(files, len(runs) + len(check_runs), config.data.columns.get("time"), config.data.bad_rows == "skip")]
-    )
-    scored, stages = _scored(entrants, [*runs, *check_runs], device)
+    runs = _judged(_with_trained_blocks(config, models))
+    print_notes(runs)
+    entrants = named([*models, *given_predictions(files, len(runs), config.data.columns.get("time"), config.data.bad_rows == "skip")])
+    scored, stages = _scored(entrants, runs, device, float(config.data.get("holdout", 0.0)))
     judged = judge(methods_of(entrants), scored, Generator().manual_seed(config.seed))
     document = _document(entrants, scored, stages) | judged | {"skipped": skipped}
     _write(out, document, scored, stages)
     path = write_text(out / "comparison.csv", _csv(scored.rows, ["run", "stage", "blocks", *document["rms"]]))
     _print(document)  # last: who reads it may have gone
     return path
+
+
+def _judged(config: DictConfig) -> list[Run]:
+    """The runs; under settings that keep pieces of them from a fit, those pieces and the check runs alone, as the rest is what was fitted."""
+    runs, check_runs = read_data(config)
+    apart = config.data.get("holdout", 0.0) > 0 or (config.data.points is not None and config.data.points.get("checked", 0) > 0)
+    return check_runs if apart else [*runs, *check_runs]
 
 
 def _plain(value: Any) -> Any:
@@ -77,7 +82,7 @@ def _with_trained_blocks(config: DictConfig, models: list[Entrant]) -> DictConfi
     return config
 
 
-def _scored(entrants: list[Entrant], runs: list[Run], device: torch.device) -> tuple[Scored, list[list[Stage]]]:
+def _scored(entrants: list[Entrant], runs: list[Run], device: torch.device, holdout: float) -> tuple[Scored, list[list[Stage]]]:
     """Every entrant predicts every run once."""
     watched, predicted = Console(stderr=True), [dict[str, Tensor]() for _ in runs]
     moved = [one.to(device) for one in runs]
@@ -89,7 +94,7 @@ def _scored(entrants: list[Entrant], runs: list[Run], device: torch.device) -> t
     left = [residuals(one.block_mean(one.error), found) for one, found in zip(runs, predicted, strict=True)]
     stages = [label_stages(one.block_mean(one.time), one.block_mean(one.temperature)) for one in runs]
     rows = [{"run": one.name} | row for one, each, cut in zip(runs, left, stages, strict=True) for row in rms_by_kind(each, cut)]
-    return Scored(runs, left, rows), stages
+    return Scored(runs, left, rows, holdout), stages
 
 
 def _prediction(entrant: Entrant, one: Run, device: torch.device) -> Tensor:

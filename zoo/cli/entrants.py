@@ -16,6 +16,7 @@ from zoo.catalog import MODEL_FILE, load_members, load_ranges
 from zoo.cli.given_predictions import file_of
 from zoo.cli.outcomes import FAILED
 from zoo.cli.saved_models import RESULTS, command_config, distinct_names, load_saved, model_folders, read_yaml, tops, was_made
+from zoo.cli.telling_settings import telling_words
 from zoo.errors import InputError, causes, in_brief
 from zoo.export.exported import load_exported
 from zoo.export.files import SCRIPT
@@ -28,8 +29,6 @@ from zoo.training.files import MEMBERS
 
 NO_SETTINGS = ("seed", "seeds", "torch_device", "resume", "hydra", "data.check_files", "objective")
 """What a config says that makes no other method."""
-SHORT = 24
-"""A value with more letters says nothing in a name."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -104,7 +103,9 @@ def _loaded(folder: Path, scripted: bool) -> list[Entrant]:
         kind, facts = f"{metadata.get('model') or 'exported'}_exported", _facts(metadata)
         return [Entrant(kind, kind, folder, facts, dict(_flat(metadata.get("settings") or {})), _predictor(module, folder), scripted=True)]
     saved = load_saved(folder)
-    settings = _settings(folder, but=NO_SETTINGS if saved.facts.get("init") else (*NO_SETTINGS, "init"))  # a fit by itself has no use for a start
+    settings = _settings(
+        folder, saved.facts, but=NO_SETTINGS if saved.facts.get("init") else (*NO_SETTINGS, "init")
+    )  # a fit by itself has no use for a start
     if not (folder / MEMBERS).is_file():
         return [Entrant(saved.kind, saved.kind, folder, saved.facts, settings, _predictor(saved.module, folder))]
     members = ((seed, cast(Model, module)) for seed, module in load_members(folder))
@@ -160,32 +161,32 @@ def named(entrants: list[Entrant]) -> list[Entrant]:
 
 
 def _what_differs(entrants: list[Entrant]) -> list[str]:
-    """The settings in which those of one type, start and optimizer differ, as ``hidden5_lr0.1``."""
-    groups: dict[tuple[Any, ...], list[Entrant]] = {}
-    for one in entrants:
-        groups.setdefault(_label(one), []).append(one)
-    keys: dict[tuple[Any, ...], list[str]] = {}
-    for label, group in groups.items():
-        every = dict.fromkeys(key for one in group for key in one.settings)
-        keys[label] = [key for key in every if len({one.settings.get(key) for one in group}) > 1]
-    return ["_".join(_short(key, one.settings[key]) for key in keys[_label(one)] if _tells(one.settings.get(key))) for one in entrants]
+    """The settings by which those of one type, start and optimizer can be told apart."""
+    groups: dict[tuple[Any, ...], list[int]] = {}
+    for place, one in enumerate(entrants):
+        groups.setdefault(_label(one), []).append(place)
+    words: dict[int, str] = {}
+    for places in groups.values():
+        words |= zip(places, telling_words([entrants[place].settings for place in places]), strict=True)
+    return [words[place] for place in range(len(entrants))]
 
 
 def _label(one: Entrant) -> tuple[Any, ...]:
-    return one.kind, one.facts.get("init"), one.facts.get("optimizer")
+    ladder = one.facts.get("ladder")
+    return one.kind, one.facts.get("init"), one.facts.get("optimizer"), None if ladder is None else tuple(step.get("added") for step in ladder)
 
 
-def _tells(value: str | None) -> bool:
-    return value not in (None, "None") and len(value) <= SHORT and not value.startswith(("[", "{"))
-
-
-def _short(key: str, value: str) -> str:
-    return f"{key.rpartition('.')[2]}{'' if value[:1].isdigit() else '='}{value}"
-
-
-def _settings(folder: Path, but: Sequence[str]) -> dict[str, str]:
-    """The config that the model was made with, but for some keys; the model's own where that is not kept."""
-    flat = dict(_flat(read_yaml(command_config(folder) or folder / MODEL_FILE)))
+def _settings(folder: Path, facts: Mapping[str, Any], but: Sequence[str]) -> dict[str, str]:
+    """The config that the model was made with, but for some keys; the model's own where that is not kept, or says only where it came from."""
+    config = read_yaml(command_config(folder) or folder / MODEL_FILE)
+    model = config.get("model") if isinstance(config, dict) else None
+    if isinstance(model, dict) and "folder" in model:
+        config["model"] = read_yaml(folder / MODEL_FILE)
+    elif isinstance(model, dict) and isinstance(model.get("network"), str):  # its name alone
+        model["network"] = read_yaml(folder / MODEL_FILE)["network"]
+    flat = dict(_flat(config))
+    if "data.average_s" in flat and facts.get("average_s"):
+        flat |= _flat(facts["average_s"], "data.average_s")  # what auto came to
     return {key: value for key, value in flat.items() if not any(key == one or key.startswith(f"{one}.") for one in but)}
 
 
@@ -194,7 +195,8 @@ def _flat(config: Any, prefix: str = "") -> Iterator[tuple[str, str]]:
         for key, value in config.items():
             yield from _flat(value, f"{prefix}.{key}" if prefix else str(key))
     else:
-        yield prefix, str(config)
+        number = isinstance(config, int | float) and not isinstance(config, bool)
+        yield prefix, f"{config:.12g}" if number else str(config)  # 60 is 60.0
 
 
 def _without_model(top: Path, files: Sequence[str]) -> list[Path]:

@@ -10,8 +10,7 @@ from typing import Any
 
 from zoo.errors import InputError
 from zoo.measurements.files import SUFFIXES, run_names
-
-HELD_OUT = " (held out)"
+from zoo.measurements.run import HELD_OUT
 
 
 def named_files(given: Any) -> dict[str, list[Path]]:

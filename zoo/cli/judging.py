@@ -12,11 +12,12 @@ from typing import Any
 import torch
 from torch import Generator, Tensor
 
+from zoo.cli.entrants import Entrant
 from zoo.cli.methods import Method
 from zoo.cli.saved_models import fitted_runs
 from zoo.diagnosis.regions import regions
 from zoo.fitting.noise import blocks_of, noise_of
-from zoo.measurements.run import Run
+from zoo.measurements.run import HELD_OUT, Run
 from zoo.scoring.batches import ratio_interval, rms_interval
 from zoo.scoring.comparison import UNCOMPENSATED, WHOLE, alike
 from zoo.scoring.dependence import shares
@@ -39,11 +40,13 @@ class Scored:
         runs: R of them.
         left: (N_r,) residuals by model, run by run, the uncompensated error among them [output's unit].
         rows: RMS by run and kind of stage, one column a model.
+        holdout: share of each run that the held-out pieces are, where the runs are such.
     """
 
     runs: list[Run]
     left: list[dict[str, Tensor]]
     rows: list[dict[str, Any]]
+    holdout: float = 0.0
 
     def of(self, model: str) -> list[Tensor]:
         """(N_r,) of each run [output's unit]."""
@@ -133,8 +136,6 @@ def _record(one: _Judged, scored: Scored, generator: Generator) -> dict[str, Any
     members, left = list(one.method.members.values()), scored.of(one.typical)
     several = spread(torch.tensor(list(one.values.values()), dtype=torch.float64), generator)
     interval = several.interval if len(one.values) > 1 else rms_interval(left, scored.worth)
-    facts = members[0].facts
-    fitted = set(fitted_runs(facts))
     return {
         "name": one.method.name,
         "models": [member.name for member in members],
@@ -149,8 +150,14 @@ def _record(one: _Judged, scored: Scored, generator: Generator) -> dict[str, Any
         "rows": [_row(row, list(one.names.values()), scored) for row in scored.kinds],
         "where": regions(scored.runs, torch.cat(left), scored.floors)[:WORST_SHOWN],
         "goes_with": shares(torch.cat(left).cpu(), scored.quantities),
-        "fitted_runs": [run.name for run in scored.runs if run.name in fitted],
+        "fitted_runs": [run.name for run in scored.runs if _was_fitted(members[0], run.name, scored.holdout)],
     }
+
+
+def _was_fitted(member: Entrant, run: str, holdout: float) -> bool:
+    """Whether a model was fitted to a run, to go by the name; of one fitted to other pieces of it, or to all of it, to held-out pieces as well."""
+    kept = float(member.settings.get("data.holdout", holdout))
+    return run.removesuffix(HELD_OUT) in fitted_runs(member.facts) and (not run.endswith(HELD_OUT) or kept != holdout)
 
 
 def _row(row: dict[str, Any], names: list[str], scored: Scored) -> dict[str, Any]:

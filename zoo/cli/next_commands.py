@@ -15,6 +15,10 @@ from zoo.report.unknown_stub import stub_of
 
 RUNS = ("data", "data.files", "data.check_files")
 """Settings that say which runs are read."""
+HELD = ("data.holdout", "data.points.checked")
+"""Settings that keep pieces of the fitted runs from the fit: `compare` then judges what was kept from it."""
+FITTED = "(it judges the runs that were fitted; data.files=[…] of runs that no model has seen says more)"
+"""Said of a command to compare where nothing else is known than what was fitted."""
 
 
 def typed_settings() -> list[str]:
@@ -56,15 +60,16 @@ def stub_commands(diagnosis: dict[str, Any], out: Path) -> list[str]:
 
 
 def compare_command(folder: Path, settings: Sequence[str]) -> str:
-    """What to type to see models by stage: on the check runs where there are any, read as they were.
+    """What to type to see models by stage: on what was checked on, where there is anything, read as it was.
 
     Args:
         folder: of the models.
         settings: as they were typed; those of the data count, and where the user's own configs lie.
     """
     typed = {one.partition("=")[0]: one.partition("=")[2] for one in settings if one.lstrip("+").startswith(("data", "hydra.searchpath="))}
-    files = typed.pop("data.check_files", None) or typed.get("data.files")
-    kept = {key: value for key, value in typed.items() if key not in {"data.files", "data.holdout"}}
+    apart = any(typed.get(key, "0") not in {"0", "0.0"} for key in HELD)
+    files = typed.get("data.files") if apart else typed.get("data.check_files") or typed.get("data.files")
+    kept = {key: value for key, value in typed.items() if key not in ({"data.files"} if apart else {*RUNS[1:], *HELD})}
     return shlex.join(["fogzoo", "compare", f"runs=[{folder}]", *([f"data.files={files}"] if files else []), *(f"{key}={kept[key]}" for key in kept)])
 
 

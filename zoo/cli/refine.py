@@ -13,7 +13,7 @@ from zoo.cli.effects import named
 from zoo.cli.given_model import subject
 from zoo.cli.grown_model import climb, examine, model_config
 from zoo.cli.inputs import read_data
-from zoo.cli.next_commands import compare_command, next_commands, refine_words, stub_commands, typed_settings
+from zoo.cli.next_commands import FITTED, compare_command, next_commands, refine_words, stub_commands, typed_settings
 from zoo.cli.saved_models import keep_model
 from zoo.diagnosis.refine import Refinement, check_added
 from zoo.models.base import Model
@@ -56,7 +56,7 @@ def run(config: DictConfig, out: Path) -> Path:
 
     better = next_commands(worth_adding(found.record) or [])
     own = stub_commands(record, out) if found.record["verdict"] != "complete" else []
-    print_ladder(found.record, [*better, *own, compare_command(out, typed_settings())])
+    print_ladder(found.record, [*better, *own, compare_command(out, typed_settings())], "" if check_runs else FITTED)
     if stub:
         print(stub_line(stub))
     print(f"report: {out / 'report.html'}")

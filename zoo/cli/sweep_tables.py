@@ -15,7 +15,7 @@ from rich.table import Table
 
 from zoo.artifacts import write_text
 from zoo.cli.closed_pipe import CLOSED_PIPE
-from zoo.cli.next_commands import compare_command, settled_data
+from zoo.cli.next_commands import FITTED, compare_command, settled_data
 from zoo.cli.outcomes import FAILED, Outcome
 from zoo.training.members import SHARES
 from zoo.units import symbol
@@ -51,6 +51,8 @@ def tell_results(config: DictConfig, folder: Path, outcomes: Mapping[Path, Outco
     data = settled_data(config)
     if data is not None:
         print(f"compare by run and stage:\n  {compare_command(folder, data)}")
+        if all(found.get("rms_check") is None for found in metrics):
+            print(f"  {FITTED}")
     print(path.absolute(), flush=True)
 
 

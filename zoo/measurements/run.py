@@ -16,6 +16,8 @@ OUTPUT = "output"
 """Name under which a model takes what the gyro showed, like a column."""
 PIECES = 10
 """Pieces that a run is cut into where some of it is held out."""
+HELD_OUT = " (held out)"
+"""What the name of these pieces has behind that of the run."""
 SHARES = (0.5 / PIECES, 1 - 0.5 / PIECES)
 """The smallest and the largest share that one piece, or all but one, stand for."""
 
@@ -159,7 +161,7 @@ class Run:
         held = torch.tensor([int((k + 0.5) / wanted * PIECES) for k in range(wanted)])
         piece = (torch.arange(self.blocks, device=self.block.device) * PIECES).div(max(self.blocks, 1), rounding_mode="floor")
         apart = torch.isin(piece, held.to(piece))
-        return self.with_blocks(~apart, self.name), self.with_blocks(apart, f"{self.name} (held out)")
+        return self.with_blocks(~apart, self.name), self.with_blocks(apart, f"{self.name}{HELD_OUT}")
 
     def with_blocks(self, keep: Tensor, name: str) -> Run:
         """The run with some of its blocks, numbered anew; the whole past is still known.

@@ -10,7 +10,7 @@ from rich.text import Text
 
 from zoo.report.comparison_figure import UNCOMPENSATED
 from zoo.report.comparison_page import stage_rows
-from zoo.report.comparison_words import statement
+from zoo.report.comparison_words import fitted_note, statement
 from zoo.report.wording import times
 from zoo.units import symbol
 
@@ -41,6 +41,8 @@ def print_comparison(document: dict[str, Any], console: Console | None = None) -
     out.print()
     for pair in document["pairs"][:STATED]:
         out.print(Text(f"{statement(pair)}."))
+    if seen := fitted_note(document):
+        out.print(Text(seen, style="yellow"))
 
 
 def _labels(document: dict[str, Any]) -> dict[str, str]:

@@ -13,6 +13,8 @@ COARSE = 2.0
 """Intervals wider than this are written without decimals, but where these tell on which side of nothing they end [%]."""
 NEAR = 0.05
 """Ratios this close to one are written with a decimal more."""
+NAMED = 3
+"""More methods than this are counted, not named."""
 WORTH_NAMING = 0.15
 """A smaller share of the residual is not told."""
 
@@ -135,7 +137,7 @@ def _shared(document: Record, ahead: list[str]) -> str:
         return f"{ahead[0]} and {ahead[1]} predict the same{'' if everyone else ', better than the others'}"
     if everyone and len(ahead) > 2:
         return f"{ahead[0]} is ahead, but the other {len(ahead) - 1} cannot be told from it"
-    named = joined(ahead) if len(ahead) <= 3 else f"{ahead[0]} and {len(ahead) - 1} others"
+    named = joined(ahead) if len(ahead) <= NAMED else f"{ahead[0]} and {len(ahead) - 1} others"
     return f"{named} cannot be told apart" if everyone else f"{named} are best and cannot be told apart"
 
 
@@ -144,12 +146,21 @@ def sentences(document: Record, scale: Scale) -> list[str]:
     best, methods = document["methods"][0], document["methods"]
     found = [f"{pair_statement}." for one in methods[1:3] if (pair_statement := _stated(document, best["name"], one["name"]))]
     found.append(distance(best, scale))
+    seen = fitted_note(document)
+    return found if seen is None else [*found, seen]
+
+
+def fitted_note(document: Record) -> str | None:
+    """Where runs judge models that were fitted to them; None where none does."""
+    best, methods = document["methods"][0], document["methods"]
     if best["fitted_runs"] and len(best["fitted_runs"]) == len(document["runs"]):
-        found.append(f"All of these runs were fitted by {best['name']}, to go by their names: runs that no model has seen are needed to judge.")
-    elif any(one["fitted_runs"] for one in methods):
-        runs = list(dict.fromkeys(run for one in methods for run in one["fitted_runs"]))
-        found.append(f"Fitted by some of the models, to go by the name: {joined(runs)}; that flatters them there.")
-    return found
+        every = all(one["fitted_runs"] == best["fitted_runs"] for one in methods[1:]) and len(methods) > 1
+        who = "every model" if every else best["name"]
+        return f"All of these runs were fitted by {who}, to go by their names: runs that no model has seen are needed to judge."
+    runs = list(dict.fromkeys(run for one in methods for run in one["fitted_runs"]))
+    names = [one["name"] for one in methods if one["fitted_runs"]]
+    who = joined(names) if len(names) <= NAMED else f"{len(names)} of the models"
+    return f"Fitted by {who}, to go by the name: {joined(runs)}; that flatters {'it' if len(names) == 1 else 'them'} there." if runs else None
 
 
 def _stated(document: Record, first: str, second: str) -> str | None:

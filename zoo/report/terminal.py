@@ -54,12 +54,13 @@ def print_diagnosis(diagnosis: Record, commands: Sequence[str] = (), console: Co
         _print_commands(out, [*commands, *_print_experiment(out, diagnosis.get("next_experiment"))])
 
 
-def print_ladder(refinement: Record, commands: Sequence[str] = (), console: Console | None = None) -> None:
+def print_ladder(refinement: Record, commands: Sequence[str] = (), remark: str = "", console: Console | None = None) -> None:
     """Verdict, and the RMS with each added effect.
 
     Args:
         refinement: the contract's `refinement.json`.
         commands: what to type next, best first.
+        remark: on the last of them.
         console: to print on; by default the standard output.
     """
     rungs, floors = ladder({}, refinement), Floors.read({}, refinement)
@@ -70,7 +71,7 @@ def print_ladder(refinement: Record, commands: Sequence[str] = (), console: Cons
             out.print(_indented(_first_that_fits(out, _ladder_tables(ladder_rows(rungs, scale, floors), scale)), 1))
         check = "" if floors.checked is None else f", of the check runs {scale.full(floors.checked)}"
         out.print(_indented(Text(f"noise floor {scale.full(floors.fitted)}{check}", style="dim")))
-        _print_commands(out, commands)
+        _print_commands(out, commands, remark)
 
 
 @contextmanager
@@ -186,10 +187,12 @@ def _tables(columns: list[tuple[str, bool]], rows: list[list[str]], chosen: Sequ
         yield table
 
 
-def _print_commands(out: Console, commands: Sequence[str]) -> None:
+def _print_commands(out: Console, commands: Sequence[str], remark: str = "") -> None:
     """Never wrapped or shortened, so that they can be copied."""
     if commands:
         out.print("\n  next", style="dim")
     for command in commands:
         out.print(Text(f"  {command}", style="cyan"), soft_wrap=True)
+    if remark:
+        out.print(_indented(Text(remark, style="dim")))
     out.print()
