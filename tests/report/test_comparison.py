@@ -15,7 +15,7 @@ from zoo.report.comparison_page import scale_of, seeds_drawn, stage_rows, stages
 from zoo.report.comparison_table import print_comparison
 from zoo.report.comparison_words import goes_with, headline, leaders, sentences, statement
 from zoo.report.palette import MEASURED, styled
-from zoo.report.run_figure import Curves, run_figure
+from zoo.report.run_figure import Curves, halves, run_figure
 
 STAGES = ("hold", "heating", "cooling", "edge", "whole")
 RUNS = ("check", "other")
@@ -109,7 +109,7 @@ def test_nothing_in_a_figure_touches_its_edge(methods: int, seeds: int) -> None:
     of = document(methods, seeds)
     scale = scale_of(of)
     with styled():
-        for figure in (stages_drawn(of, scale), seeds_drawn(of, scale), run_figure(curves(of)[0], 0.05, scale)):
+        for figure in (stages_drawn(of, scale), seeds_drawn(of, scale), run_figure(curves(of)[0], 0.05, scale), *halves(curves(of)[0], 0.05, scale)):
             width, height = figure.get_size_inches() * figure.dpi
             figure.draw_without_rendering()
             boxes = [text.get_window_extent() for axes in figure.axes for text in axes.texts]
@@ -123,6 +123,21 @@ def test_nothing_in_a_figure_touches_its_edge(methods: int, seeds: int) -> None:
                 assert all(axes.texts[0].get_window_extent().y1 <= legend.y0 for axes in figure.axes)
 
 
+def test_a_legend_is_read_row_by_row_and_a_value_stands_at_its_median() -> None:
+    of = document(4, 20)
+    with styled():
+        figures = [stages_drawn(of, scale_of(of)), *halves(curves(of)[0], 0.05, scale_of(of)), seeds_drawn(of, scale_of(of))]
+        for figure in figures:
+            figure.draw_without_rendering()
+        for figure in figures[:3]:
+            boxes = [(text.get_text(), text.get_window_extent()) for text in figure.legends[0].get_texts()]
+            names = [name for name, _ in sorted(boxes, key=lambda one: (-round(one[1].y0), one[1].x0)) if name.startswith("a_")]
+            assert names == sorted(names)
+    axes, scale = figures[3].axes[0], scale_of(of)
+    values = [text for text in axes.texts if text.get_text() in {scale.text(one["rms"]["median"]) for one in of["methods"]}]
+    assert [text.xy[0] for text in values] == pytest.approx([one["rms"]["median"] * scale.factor for one in of["methods"]])
+
+
 def test_the_page_stands_alone_and_says_the_headline_first(tmp_path: Path) -> None:
     of = document(5, 10)
     for one in of["pairs"]:
@@ -131,7 +146,7 @@ def test_the_page_stands_alone_and_says_the_headline_first(tmp_path: Path) -> No
     assert "src=" not in page
     assert "href=" not in page.replace("xlink:href", "")
     assert page.index("<h1>") < page.index("a_<wbr>network_<wbr>called_<wbr>0 is best: 12 % below") < page.index("<table>")
-    assert page.count("<svg") == 1 + 3 + len(RUNS)
+    assert page.count("<svg") == 1 + 3 + 2 * len(RUNS)
     assert "outputs/7" in page
 
 
@@ -164,6 +179,11 @@ def test_a_run_without_a_stage_keeps_its_columns() -> None:
         (
             pair("A", "B", interval=None, interval_over=None, wins=3, seeds=3),
             "A is 12 % below B, better in 3 of 3 seeds; too few seeds for an interval (6 at least, over time 95 %: 4 to 20 %)",
+        ),
+        (
+            pair("A", "B", "open", interval=None, interval_over=None, wins=4, seeds=5),
+            "A and B cannot be told apart: A is better in 4 of 5 seeds, and fewer than 6 decide only if all agree; "
+            "that the seeds in the middle differ (ratio 0.88, 95 % over time: 0.80 to 0.96) says nothing of the others",
         ),
         (
             pair("A", "B", interval=[0.8, 0.96], interval_over="time", wins=None, seeds=None, ties=None),

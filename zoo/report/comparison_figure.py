@@ -27,7 +27,7 @@ STAGES_WIDE = 570
 """Two of them stand side by side on the page."""
 LETTER, HANDLE = 7, 46
 """Width of an entry of the legend: so much a letter, and so much for its mark [px]."""
-ROW, NAMES, LONGEST = 34, 200, 26
+ROW, NAMES, LONGEST = 38, 200, 26
 SPREAD = 6.0
 """A wider range of values is drawn on a logarithmic axis."""
 SHOWN = 40
@@ -56,18 +56,18 @@ def seeds_figure(methods: list[dict[str, Any]], uncompensated: float, floor: flo
     shown, colors = methods[:SHOWN], colors_of([one["name"] for one in methods])
     rows = len(shown) + 1
     figure = blank(WIDTH, 84 + ROW * rows)
-    axes = panel(figure, (NAMES, 38, WIDTH - NAMES - 70, ROW * rows))
+    axes = panel(figure, (NAMES, 38, WIDTH - NAMES - 34, ROW * rows))
     axes.axvline(floor * scale.factor, color=FLOOR, lw=1.6, label="noise floor", zorder=1)
     for place, one in enumerate(shown):
         _seeds_row(axes, place, one, colors[one["name"]], scale)
     axes.plot([uncompensated * scale.factor], [rows - 1], "D", color=MEASURED, ms=8)
-    _beside(axes, scale.text(uncompensated), uncompensated * scale.factor, rows - 1, MUTED)
+    _above(axes, scale.text(uncompensated), uncompensated * scale.factor, rows - 1, MUTED)
     everything = [value * scale.factor for one in shown for value in (*one["by_seed"], *(one["rms"]["interval"] or ()))]
     kind = scaled(axes.xaxis, [*everything, floor * scale.factor, uncompensated * scale.factor])
     title = f"RMS over all runs [{scale.label}], {kind}"
     axes.annotate(title, (0, 1), (INDENT - NAMES, 10), "axes fraction", textcoords="offset points", fontsize=11, weight="bold")
-    axes.set_yticks(range(rows), [*(_short(one["name"]) for one in shown), UNCOMPENSATED], color=INK)
-    axes.set_ylim(rows - 0.45, -0.55)
+    axes.set_yticks(range(rows), [*(_short(one["name"], LONGEST) for one in shown), UNCOMPENSATED], color=INK)
+    axes.set_ylim(rows - 0.5, -0.6)
     axes.grid(visible=False, axis="y")
     axes.legend(loc="lower right", bbox_to_anchor=(1, 1.0), borderpad=0.9)
     return figure
@@ -86,16 +86,18 @@ def _seeds_row(axes: Axes, place: int, one: dict[str, Any], color: str, scale: S
     if ends is not None:
         axes.plot([end * scale.factor for end in ends], [place, place], color=color, lw=6, alpha=0.4, solid_capstyle="butt")
     axes.plot([spread["median"]], [place], "o", color=color, ms=8, mec="white", mew=0.8, zorder=3)
-    furthest = max(spread["median"], *values, *(end * scale.factor for end in ends or ()))
-    _beside(axes, scale.text(one["rms"]["median"]), furthest, place, INK)
+    _above(axes, scale.text(one["rms"]["median"]), spread["median"], place, INK)
 
 
-def _beside(axes: Axes, text: str, x: float, y: float, color: str) -> None:
-    axes.annotate(text, (x, y), (9, 0), textcoords="offset points", va="center", color=color, fontsize=11, zorder=4)
+def _above(axes: Axes, text: str, x: float, y: float, color: str) -> None:
+    """A value over its mark, readable where lines cross."""
+    behind = {"facecolor": "white", "alpha": 0.8, "lw": 0, "pad": 0.4}
+    axes.annotate(text, (x, y), (0, 6), textcoords="offset points", ha="center", va="bottom", color=color, fontsize=11, zorder=4, bbox=behind)
 
 
-def _short(name: str) -> str:
-    return name if len(name) <= LONGEST else f"{name[: LONGEST - 1]}…"
+def _short(name: str, longest: int) -> str:
+    """A name less its middle where it is too long: what tells it from others stands at the end."""
+    return name if len(name) <= longest else f"{name[: longest // 2]}…{name[len(name) - (longest - 1) // 2 :]}"
 
 
 def stages_figure(rows: list[dict[str, Any]], names: list[str], floors: dict[str, float], scale: Scale) -> Figure:
@@ -108,7 +110,7 @@ def stages_figure(rows: list[dict[str, Any]], names: list[str], floors: dict[str
         scale: how values are written.
     """
     runs, colors = list(dict.fromkeys(row["run"] for row in rows)), colors_of(names[: len(COLORS)])
-    head = HEAD + 18 * -(-(len(colors) + 1) // legend_columns([*colors, FLOOR_NAME], STAGES_WIDE))
+    head = HEAD + legend_height([*colors, FLOOR_NAME], STAGES_WIDE)
     figure = blank(STAGES_WIDE, head + (HEIGHT + HEAD + FOOT) * len(runs))
     for index, run in enumerate(runs):
         chosen = [row for row in rows if row["run"] == run]
@@ -153,12 +155,20 @@ def scaled(axis: Axis, values: list[float]) -> str:
 
 def legend_columns(names: Sequence[str], width: int = WIDTH) -> int:
     """How many names fit side by side in a figure of this width [px]."""
-    return max(1, min(4, len(names), width // (LETTER * max(len(name) for name in names) + HANDLE)))
+    return max(1, min(4, len(names), (width - INDENT) // (LETTER * max(len(name) for name in names) + HANDLE)))
 
 
 def legend_above(figure: Figure, colors: dict[str, str], width: int = WIDTH) -> None:
-    """All names with their colours, at the figure's top."""
+    """All names with their colours, at the figure's top, to be read row by row."""
     from matplotlib.lines import Line2D
 
-    marks = [Line2D([], [], color=color, lw=4, solid_capstyle="butt") for color in colors.values()]
-    figure.legend(marks, list(colors), loc="upper right", ncols=legend_columns(list(colors), width), borderaxespad=0.6)
+    columns = legend_columns(list(colors), width)
+    names = [name for first in range(columns) for name in list(colors)[first::columns]]  # matplotlib goes down each column first
+    marks = [Line2D([], [], color=colors[name], lw=4, solid_capstyle="butt") for name in names]
+    longest = (width - INDENT - HANDLE) // LETTER
+    figure.legend(marks, [_short(name, longest) for name in names], loc="upper right", ncols=columns, borderaxespad=0.6)
+
+
+def legend_height(names: Sequence[str], width: int = WIDTH) -> int:
+    """How much of a figure its legend takes [px]."""
+    return 18 * -(-len(names) // legend_columns(names, width))

@@ -14,7 +14,7 @@ from zoo.report.canvas import inline_svg
 from zoo.report.comparison_figure import UNCOMPENSATED, seeds_figure, stages_figure
 from zoo.report.comparison_words import Record, goes_with, headline, leaders, pair_of, sentences, statement
 from zoo.report.palette import styled
-from zoo.report.run_figure import Curves, run_figure
+from zoo.report.run_figure import Curves, halves
 from zoo.report.tables import region_rows
 from zoo.report.template import filled
 from zoo.report.wording import NONE, Scale, fixed, percent, times
@@ -192,9 +192,12 @@ def _stages_drawing(place: int, run: str, document: Record, scale: Scale) -> Mar
         return inline_svg(stages_drawn(document, scale, [run]), f"{run}: RMS by stage")
 
 
-def _run_drawing(place: int, one: Curves, document: Record, scale: Scale) -> tuple[str, Markup]:
-    with styled(f"r{place}"):
-        return one.run, inline_svg(run_figure(one, document["noise_floors"][one.run], scale), f"{one.run}: error before and after over time")
+def _run_drawing(place: int, one: Curves, document: Record, scale: Scale) -> tuple[str, list[Markup]]:
+    drawn, told = [], (f"{one.run}: error before and after over time", f"{one.run}: what the best leave, over time")
+    for part, words in enumerate(told):
+        with styled(f"r{place}.{part}"):
+            drawn.append(inline_svg(halves(one, document["noise_floors"][one.run], scale)[part], words))
+    return one.run, drawn
 
 
 def _typical(one: Record) -> str:

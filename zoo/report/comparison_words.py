@@ -84,7 +84,11 @@ def _other_times(pair: Record) -> list[str]:
 
 
 def _open_reason(pair: Record) -> str:
-    interval = pair["interval"] or pair["interval_over_time"]
+    interval, over = pair["interval"] or pair["interval_over_time"], pair["interval_over_time"]
+    if pair["seeds"] and pair["interval"] is None and over is not None and not over[0] <= 1 <= over[1]:
+        seeds = f"{pair['first']} is {_seeds(pair)[0]}, and fewer than {ENOUGH} decide only if all agree"
+        middle = f"ratio {fixed(pair['ratio'], 2)}, 95 % over time: {fixed(over[0], 2)} to {fixed(over[1], 2)}"
+        return f"{seeds}; that the seeds in the middle differ ({middle}) says nothing of the others"
     decimals = 3 if interval is not None and max(abs(end - 1) for end in interval) < NEAR else 2
     low, high = (fixed(end, decimals) for end in interval or (None, None))
     known = "" if interval is None else f", 95 %{'' if pair['interval_over'] == 'seeds' else ' over time'}: {low} to {high}"

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 WIDTH, HIGH, FOOT = 380, 194, 48
 HEAD, LEGEND = 34, 18
 """Above the panels: their titles, and over these a line for the legend [px]."""
-LEFT, INNER, BETWEEN = 58, 308, 12
+LEFT, INNER, BETWEEN = 58, 308, 28
 
 
 def residual_against_temperature(trace: Trace, scale: Scale, floor: float | None, sides: Sides) -> Figure:
