@@ -10,6 +10,7 @@ import torch
 from torch import Generator, Tensor
 
 from zoo.diagnosis.diagnose import open_bench
+from zoo.diagnosis.workbench import Workbench
 from zoo.effects.base import Effect, History, Parameter, spread
 from zoo.scoring.noise import NoiseModel
 
@@ -59,6 +60,18 @@ def test_an_effect_of_pure_noise_costs_what_one_amplitude_does(diagnosis, monkey
     expected = 0.5 * LARGEST[count] - 0.5 * math.log(bench.effective_samples) - math.log(count)
     assert median(evidences) == pytest.approx(expected, abs=0.4)
     assert sum(evidence > 0 for evidence in evidences) < 0.1 * DRAWS
+
+
+def test_a_search_that_begins_again_does_not_lose_a_minimum_that_was_found_before(diagnosis) -> None:
+    """Under another noise, however bad the start that it is given; by itself it would end far above."""
+    found = diagnosis("polarization")
+    bench, final = found.bench, found.search.final
+    noise, far = NoiseModel(1.05 * bench.noise.white, bench.noise.flicker), torch.full_like(final.fit.theta, 0.02)
+    after, alone = bench.with_noise(noise), Workbench(bench.runs, bench.effects, noise, bench.mixtures)
+    again = after.fitted(final.names, [far])
+    assert again.total <= float(after.design(final.names).cost(final.fit.theta.unsqueeze(0)))
+    assert alone.fitted(final.names, [far]).total > again.total + 10.0
+    assert after.solve(final.names).fit.total <= again.total + 1e-2, "nor where it looks for starts itself"
 
 
 def test_a_parameter_costs_the_same_whatever_noise_a_search_comes_to(diagnosis) -> None:

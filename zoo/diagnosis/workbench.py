@@ -21,7 +21,7 @@ from zoo.effects.bounds import to_physical, to_unit
 from zoo.fitting.design import Design, coarse_starts, starts_in_motion
 from zoo.fitting.noise import assumed
 from zoo.fitting.projection import orthonormal
-from zoo.fitting.several_starts import fit_from
+from zoo.fitting.several_starts import cheapest, fit_from
 from zoo.fitting.variable_projection import Fit, fit
 from zoo.measurements.run import Run
 from zoo.models.graybox import GrayBox
@@ -161,6 +161,7 @@ class Workbench:
         self.span_s = max(float(run.time[-1] - run.time[0]) for run in runs)
         self.blocks = sum(run.blocks for run in runs)
         self._solved: dict[frozenset[str], Solved] = {}
+        self._earlier: dict[tuple[str, ...], Tensor] = {}
 
     def available(self) -> list[str]:
         """Names of the effects that the runs can show."""
@@ -202,10 +203,10 @@ class Workbench:
 
     def fitted(self, names: tuple[str, ...], starts: list[Tensor] | None = None, tolerance: float = FINE) -> Fit:
         """The same without anything being kept of it, as side by side with others; see `taken`."""
-        design = self.design(names)
+        design, earlier = self.design(names), [self._earlier[one] for one in (names,) if one in self._earlier]
         if not starts:
-            return fit_from(design, coarse_starts(design), tolerance=tolerance)
-        start = _cheapest(design, torch.stack(starts))
+            return fit_from(design, torch.cat([coarse_starts(design), *(one.unsqueeze(0) for one in earlier)]), tolerance=tolerance)
+        start = cheapest(design, torch.stack([*starts, *earlier]))
         return fit(design.plain_columns, design.target, start, tolerance=tolerance, weigh=self.whitener, prior=design.prior)
 
     def taken(self, names: tuple[str, ...], found: Fit, near: Place = START) -> Solved:
@@ -370,18 +371,22 @@ class Workbench:
     def with_white(self, white: float) -> Workbench:
         """The same runs with another level of white noise [unit]."""
         noise = assumed(white, self.runs)
-        return Workbench(self.runs, self.effects, noise, NoiseMixtures(self.runs, noise.white))
+        return self._before(Workbench(self.runs, self.effects, noise, NoiseMixtures(self.runs, noise.white)))
 
     def without_outliers(self, solved: Solved) -> Workbench:
         """The runs without the few isolated blocks that a model leaves far off; the same bench where there are none."""
-        residuals = list(solved.residual.split([run.blocks for run in self.runs]))
-        runs = without_outliers(self.runs, residuals, solved.likely.noise.white)
+        runs = without_outliers(self.runs, list(solved.residual.split([run.blocks for run in self.runs])), solved.likely.noise.white)
         white = self.mixtures.white
-        return self if runs is self.runs else Workbench(runs, self.effects, assumed(white, runs), NoiseMixtures(runs, white))
+        return self if runs is self.runs else self._before(Workbench(runs, self.effects, assumed(white, runs), NoiseMixtures(runs, white)))
 
     def with_noise(self, noise: NoiseModel) -> Workbench:
         """The same runs, fits weighted with another noise model."""
-        return Workbench(self.runs, self.effects, noise, self.mixtures)
+        return self._before(Workbench(self.runs, self.effects, noise, self.mixtures))
+
+    def _before(self, other: Workbench) -> Workbench:
+        """A bench of the same effects on nearly the same runs, with what this one found to start from as well."""
+        other._earlier = self._earlier | {solved.names: solved.fit.theta for solved in self._solved.values()}
+        return other
 
     def with_effects(self, effects: dict[str, Effect]) -> Workbench:
         """The same runs and noise, with other effects to name."""
@@ -393,8 +398,3 @@ def _released(solved: Solved, added: tuple[str, ...]) -> Tensor:
     older = torch.tensor([owner not in added for owner, _ in solved.model.parameters_of_theta()], device=solved.fit.theta.device)
     resting = (solved.fit.theta <= 0.0) | (solved.fit.theta >= 1.0)
     return torch.where(resting & older, 0.5, solved.fit.theta)
-
-
-def _cheapest(design: Design, trials: Tensor) -> Tensor:
-    """The likeliest θ (P,) of several (G, P)."""
-    return trials[0] if len(trials) == 1 else trials[design.cost(trials).argmin()]

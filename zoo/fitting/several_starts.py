@@ -33,6 +33,11 @@ def fit_from(design: Design, trials: Tensor, iterations: int = 30, tolerance: fl
     return min(finished, key=lambda found: found.total)
 
 
+def cheapest(design: Design, trials: Tensor) -> Tensor:
+    """The likeliest θ (P,) of several (G, P)."""
+    return trials[0] if len(trials) == 1 else trials[design.cost(trials).argmin()]
+
+
 def _different(fits: list[Fit]) -> list[Fit]:
     """The fits of different χ², the least first."""
     kept: list[Fit] = []
