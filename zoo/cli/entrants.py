@@ -103,9 +103,8 @@ def _loaded(folder: Path, scripted: bool) -> list[Entrant]:
         kind, facts = f"{metadata.get('model') or 'exported'}_exported", _facts(metadata)
         return [Entrant(kind, kind, folder, facts, dict(_flat(metadata.get("settings") or {})), _predictor(module, folder), scripted=True)]
     saved = load_saved(folder)
-    settings = _settings(
-        folder, saved.facts, but=NO_SETTINGS if saved.facts.get("init") else (*NO_SETTINGS, "init")
-    )  # a fit by itself has no use for a start
+    idle = NO_SETTINGS if saved.facts.get("init") else (*NO_SETTINGS, "init")  # a fit by itself has no use for a start
+    settings = _settings(folder, saved.facts, but=idle)
     if not (folder / MEMBERS).is_file():
         return [Entrant(saved.kind, saved.kind, folder, saved.facts, settings, _predictor(saved.module, folder))]
     members = ((seed, cast(Model, module)) for seed, module in load_members(folder))

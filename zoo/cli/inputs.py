@@ -100,15 +100,11 @@ def _check_references(fitted: Run, check: Run) -> None:
     Raises:
         InputError: names both.
     """
-    known = [(f"{one.name} ({key})", column) for key, one in (("data.files", fitted), ("data.check_files", check)) if (column := _truth(one))]
-    lacking = [f"{one.name} ({key})" for key, one in (("data.files", fitted), ("data.check_files", check)) if one.recorded and not _truth(one)]
+    both = [(f"{one.name} ({key})", one) for key, one in (("data.files", fitted), ("data.check_files", check))]
+    known = [(name, one.truth) for name, one in both if one.truth]
+    lacking = [name for name, one in both if one.recorded and not one.truth]
     if known and lacking:
         raise one_sided(lacking, *known[0], fitted.unit)
-
-
-def _truth(run: Run) -> str | None:
-    """What its file calls the true input; None where that is not recorded."""
-    return next((one.column for one in run.recorded if one.name.startswith("reference_")), None)
 
 
 def _plain(value: Any) -> Any:

@@ -203,7 +203,7 @@ class Workbench:
 
     def fitted(self, names: tuple[str, ...], starts: list[Tensor] | None = None, tolerance: float = FINE) -> Fit:
         """The same without anything being kept of it, as side by side with others; see `taken`."""
-        design, earlier = self.design(names), [self._earlier[one] for one in (names,) if one in self._earlier]
+        design, earlier = self.design(names), [self._earlier[names]] if names in self._earlier else []
         if not starts:
             return fit_from(design, torch.cat([coarse_starts(design), *(one.unsqueeze(0) for one in earlier)]), tolerance=tolerance)
         start = cheapest(design, torch.stack([*starts, *earlier]))

@@ -82,10 +82,14 @@ class Run:
         return tuple(name for name in self.columns if name.startswith("temperature_"))
 
     @property
+    def truth(self) -> str | None:
+        """What its file calls the true input; None where that is not recorded."""
+        return next((one.column for one in self.recorded if one.name.startswith("reference_")), None)
+
+    @property
     def known(self) -> tuple[str, ...]:
         """Names of the columns that its file has: without the true input where that was only given, or taken as 0."""
-        given = bool(self.recorded) and not any(one.name.startswith("reference_") for one in self.recorded)
-        return self.columns[:-1] if given else self.columns
+        return self.columns if self.truth or not self.recorded else self.columns[:-1]
 
     def column(self, name: str) -> Tensor:
         """(T,) one raw column, or the `output`.

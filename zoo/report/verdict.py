@@ -18,7 +18,7 @@ NEAR = 1.5
 """Fitted runs within so many times their noise floor may have been fitted too closely; beyond, the model is merely wrong."""
 DOUBTFUL = 0.3
 """Probability from which on what may be missing is worth a word, where it is likelier than nothing."""
-OF_PLACE = ("sensor_lag", "thermal_gradient", "fixture_rotation", "shupe")
+LIKE_A_MISPLACED_COIL = ("sensor_lag", "thermal_gradient", "fixture_rotation", "shupe")
 """Effects that a coil which is not where the model has it looks like."""
 NAMED = 2
 """More effects than so many that cannot be told from one are counted in the headline, and named below it."""
@@ -179,7 +179,7 @@ def _what_missing_means(diagnosis: Record) -> list[str]:
 
 def _one_thermometer(diagnosis: Record) -> list[str]:
     """Where what is missing may be no effect at all: one thermometer does not tell what heat comes to the coil from elsewhere."""
-    suspects = [name for name in missing(diagnosis) if not {name, *_twins(diagnosis, name)}.isdisjoint(OF_PLACE)]
+    suspects = [name for name in missing(diagnosis) if not {name, *_twins(diagnosis, name)}.isdisjoint(LIKE_A_MISPLACED_COIL)]
     what = "this" if diagnosis.get("verdict") == "unknown" else joined(suspects)
     if not what or len(diagnosis.get("thermometers") or ["", ""]) > 1:
         return []
