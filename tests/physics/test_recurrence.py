@@ -8,9 +8,11 @@ import torch
 from zoo.physics.recurrence import affine, clamped, geometric
 
 LENGTHS = [1, 2, 3, 7, 64, 1000]
+LARGE = 6007
+"""Three times that is gone through in groups, the last of them not full."""
 
 
-@pytest.mark.parametrize("length", LENGTHS)
+@pytest.mark.parametrize("length", [*LENGTHS, LARGE])
 def test_affine_is_the_loop(length: int) -> None:
     random = torch.Generator().manual_seed(length)
     gain = 2 * torch.rand(3, length, generator=random, dtype=torch.float64) - 1
@@ -35,7 +37,7 @@ def test_one_gain_at_every_step_is_the_same_without_the_doubling(length: int) ->
     torch.testing.assert_close(geometric(rate[1], offset[1], start[1]), expected[1], rtol=1e-12, atol=1e-12)
 
 
-@pytest.mark.parametrize("length", LENGTHS)
+@pytest.mark.parametrize("length", [*LENGTHS, LARGE])
 def test_clamped_is_the_loop(length: int) -> None:
     random = torch.Generator().manual_seed(length)
     middle = torch.cumsum(torch.randn(3, length, generator=random, dtype=torch.float64), -1)

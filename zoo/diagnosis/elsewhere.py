@@ -58,9 +58,9 @@ class Elsewhere:
             shapes: (G, S) physical, to be tried, at a coarse grid of coils; several of a sharp effect at a close one, as far as the model allows it.
             span_s: length of the longest run [s].
         """
-        closely = effect.sharp and len(shapes) > 1
-        coils = self._close if closely else self.some if len(shapes) > 1 else self._all
-        columns = self.design.effect_columns_at_means if closely else partial(self.design.effect_columns, distinct=True)
+        many = len(shapes) > 1
+        coils = self._close if many and effect.sharp else self.some if many else self._all
+        columns = self.design.effect_columns_at_means if many else partial(self.design.effect_columns, distinct=True)
         same = None if effect.place == "coil" else columns(effect, coils[0].places, shapes)
 
         def best_at(coil: Coil) -> tuple[float, Tensor]:
@@ -69,7 +69,7 @@ class Elsewhere:
             return float(cost + self.design.prior.cost(coil.theta)), shapes[best]
 
         (_, shape), coil = min(zip(map(best_at, coils), coils, strict=True), key=lambda each: each[0][0])
-        if len(shapes) > 1:
+        if many:
             beside = Beside(self.design, coil.places, coil.basis, coil.residual, self.design.whitener, span_s)
             shape = beside.closer(effect, *beside.best(effect, shape.unsqueeze(0)))[1]
         return torch.cat([coil.theta, to_unit(shape, effect.shape).to(coil.theta)])

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, replace
+from functools import cache
 
 import torch
 from torch import Tensor
@@ -86,16 +87,16 @@ class NoiseMixtures:
             restricted: whether the likelihood is.
         """
         joined = torch.cat([columns, target.unsqueeze(1)], dim=1)
-        known: dict[Place, Likely] = {}
+        at = cache(lambda place: self._joined(place, joined, restricted))
         place = start
         while True:
-            for near in _neighbours(place):
-                if near not in known:
-                    known[near] = self._joined(near, joined, restricted)
-            best = max(_neighbours(place), key=lambda near: known[near].logarithm)
+            best = max(_neighbours(place), key=lambda near: at(near).logarithm)
             if best == place:
-                return known[place]
-            place = best
+                return at(place)
+            step = best[0] - place[0], best[1] - place[1]
+            place, ahead = best, (best[0] + step[0], best[1] + step[1])
+            while ahead in _neighbours(place) and at(ahead).logarithm > at(place).logarithm:
+                place, ahead = ahead, (ahead[0] + step[0], ahead[1] + step[1])
 
     def at(self, place: Place, columns: Tensor, target: Tensor) -> Likely:
         """One mixture, see `most_likely`."""

@@ -52,6 +52,9 @@ class Beside:
 
     def best(self, effect: Effect, shapes: Tensor) -> tuple[float, Tensor]:
         """χ² that the best of some shapes (G, S) leaves, and that shape (S,)."""
+        if effect.instant and len(shapes) > MANY:
+            columns = self.design.effect_columns_at_means(effect, self.places, shapes, self.whitener)
+            shapes = shapes[costs(columns, self.basis, self.residual).argmin()].unsqueeze(0)
         columns = self.design.effect_columns(effect, self.places, shapes, self.whitener, distinct=True)
         cost, best = costs(columns, self.basis, self.residual).min(dim=0)
         return float(cost), shapes[best]
@@ -70,9 +73,6 @@ class Beside:
 
     def searched(self, effect: Effect, shapes: Tensor) -> tuple[float, Tensor]:
         """The best of some shapes, and closer."""
-        if effect.instant and len(shapes) > MANY:
-            columns = self.design.effect_columns_at_means(effect, self.places, shapes, self.whitener)
-            shapes = shapes[costs(columns, self.basis, self.residual).argmin()].unsqueeze(0)
         return self.closer(effect, *self.best(effect, shapes))
 
 

@@ -16,6 +16,7 @@ class GlassTransition(Effect):
     """
 
     name = "glass_transition"
+    instant = True
     runs_together = True
     shape = (
         Parameter("transition", 10.0, "°C", -60.0, 80.0, source="pottings: silicones below, epoxies and acrylates within", meaning="T_g", grid=12),

@@ -110,9 +110,9 @@ class Design:
         return torch.cat(parts, dim=-1)
 
     def effect_columns_at_means(self, effect: Effect, places: Places, shapes: Tensor, whitener: Callable[[Tensor], Tensor] | None = None) -> Tensor:
-        """The same for an effect without memory at the means of each block in single precision: faster, for short fringes not quite as good."""
-        shapes = shapes.to(self.error.device, torch.float32)
+        """The same with the means of each block taken for moments: faster, and near enough for a search; of an instant effect in single precision."""
         here = [means for stack, place in zip(self.stacks, places, strict=True) for means in stack.means(effect, place[effect.place])]
+        shapes = shapes.to(here[0].temperature)
         return (whitener or self.whitener)(_joined([_distinct(effect, shapes, shapes, means) for means in here], IN_TIME))
 
     def histories(self, theta: Tensor) -> list[dict[str, History]]:

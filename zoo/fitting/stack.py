@@ -92,10 +92,12 @@ class Stack:
         return self._averaged(found.expand(len(self.runs), batch, *found.shape[-2:]))
 
     def means(self, effect: Effect, history: History) -> list[History]:
-        """The block means of everything that a history at one θ has, in single precision; of an effect that takes runs together, all in one."""
-        if len(self.runs) == 1 or not effect.runs_together:
-            return [_means(one, run.block_mean_columns) for run, one in zip(self.runs, self.apart(history), strict=True)]
-        return [_means(history, lambda values: self._averaged(values).squeeze(0))]
+        """The block means of everything that a history at one θ has; of an instant effect in single precision, and where it takes runs together, all
+        in one."""
+        if len(self.runs) == 1 or not effect.runs_together or not effect.instant:
+            dtype = torch.float32 if effect.instant else history.temperature.dtype
+            return [_means(one, run.block_mean_columns, dtype) for run, one in zip(self.runs, self.apart(history), strict=True)]
+        return [_means(history, lambda values: self._averaged(values).squeeze(0), torch.float32)]
 
     def _averaged(self, columns: Tensor) -> Tensor:
         """(R, B, T, K) -> (B, N, K), time first in memory."""
@@ -114,10 +116,10 @@ def _lasting(table: Tensor, clock: Tensor) -> Tensor:
     return torch.cat([table, after])
 
 
-def _means(history: History, averaged: Callable[[Tensor], Tensor]) -> History:
+def _means(history: History, averaged: Callable[[Tensor], Tensor], dtype: torch.dtype) -> History:
     of_place = ("time", *OF_PLACE)
     fields = torch.broadcast_tensors(*(getattr(history, name) for name in of_place), *history.inputs.values())
-    means = averaged(torch.stack(fields, dim=-1)).float().mT
+    means = averaged(torch.stack(fields, dim=-1)).to(dtype).mT
     inputs = dict(zip(history.inputs, means[len(of_place) :], strict=True))
     return replace(history, **dict(zip(of_place, means, strict=False)), inputs=inputs)
 

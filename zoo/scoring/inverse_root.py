@@ -7,49 +7,48 @@ Matrices): what the past tells of a block is told by the states that it leads to
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from functools import cached_property
 
 import torch
 from torch import Tensor
 
-ROWS = 72
-"""Of a band: half as many cost as much for their number, twice as many for the triangle on the diagonal."""
+ROWS = 48
+"""Of a band, about: fewer make more of the states between bands, more of the triangles on the diagonal."""
 STATES = 16
 """Most states that are looked for."""
-ROUNDING = 1e-12
-"""Of the largest element: a band whose past is not of so low a rank within that is kept as it is."""
+WEAK = 1e-12
+"""Size of a state over that of the largest from which on it may be rounding."""
+ROUNDING = 1e-11
+"""Of the largest element: a matrix that states do not give within that is multiplied as it is."""
 
 
 @dataclass(frozen=True, eq=False)
-class _Band:
-    """Rows of a triangular matrix: what is on its diagonal, and what is before that, as a product where its rank is low.
+class _Bands:
+    """A triangular matrix in G bands of M rows each.
 
     Attributes:
-        start: first row.
-        end: behind the last row.
-        here: (M, M) on the diagonal.
-        states: (M, R) by which the past is known, or None.
-        past: (R, start) what of the past they are; where there are none, (M, start) itself.
+        here: (G, M, M) on the diagonal.
+        told: (G, R, M) what states a band leaves.
+        between: (G·R, G·R) what these are for all later bands.
+        states: (G, M, R) what the states before it make of a band.
     """
 
-    start: int
-    end: int
     here: Tensor
-    states: Tensor | None
-    past: Tensor
+    told: Tensor
+    between: Tensor
+    states: Tensor
 
     def product(self, columns: Tensor) -> Tensor:
-        """(M, K) of columns (N, K)."""
-        found = self.here @ columns[self.start : self.end]
-        if not self.start:
-            return found
-        before = self.past @ columns[: self.start]
-        return found.add_(before) if self.states is None else found.addmm_(self.states, before)
+        """(G·M, K) of columns (G·M, K)."""
+        split = columns.reshape(*self.here.shape[:2], -1)
+        left = self.between @ torch.bmm(self.told, split).flatten(0, 1)
+        return torch.bmm(self.here, split).baddbmm_(self.states, left.unflatten(0, (len(split), -1))).flatten(0, 1)
 
-    def single(self) -> _Band:
+    def single(self) -> _Bands:
         """The same in single precision."""
-        return _Band(self.start, self.end, self.here.float(), None if self.states is None else self.states.float(), self.past.float())
+        return _Bands(self.here.float(), self.told.float(), self.between.float(), self.states.float())
 
 
 class InverseRoot:
@@ -76,26 +75,47 @@ class InverseRoot:
     def __matmul__(self, columns: Tensor) -> Tensor:
         """(N, K) of columns (N, K), in their precision."""
         bands = self._bands if columns.dtype == self.matrix.dtype else self._single
-        return bands[0].product(columns) if len(bands) == 1 else torch.cat([band.product(columns) for band in bands])
+        if bands is None:
+            return self.matrix.to(columns.dtype) @ columns
+        more = bands.here.shape[0] * bands.here.shape[1] - len(columns)
+        return bands.product(torch.nn.functional.pad(columns, (0, 0, 0, more)))[: len(columns)] if more else bands.product(columns)
 
     @cached_property
-    def _bands(self) -> list[_Band]:
-        size = len(self.matrix)
-        return [_band(self.matrix, start, min(start + ROWS, size)) for start in range(0, size, ROWS)]
+    def _bands(self) -> _Bands | None:
+        return _bands(self.matrix)
 
     @cached_property
-    def _single(self) -> list[_Band]:
-        return [band.single() for band in self._bands]
+    def _single(self) -> _Bands | None:
+        return self._bands and self._bands.single()
 
 
-def _band(matrix: Tensor, start: int, end: int) -> _Band:
-    """Some rows; the states that their past leads to are found from what it makes of a few random columns (Halko et al. 2011, SIAM Rev. 53:217)."""
-    here, past = matrix[start:end, start:end].contiguous(), matrix[start:end, :start]
-    seen = torch.randn(start, STATES, generator=torch.Generator().manual_seed(0), dtype=matrix.dtype).to(matrix.device)
-    ways, sizes = torch.linalg.qr(past @ seen)
-    sizes = sizes.diagonal().abs()
-    states = ways[:, sizes > ROUNDING * sizes.max()] if start else ways
-    low = states.mT @ past
-    if start and float((past - states @ low).abs().max()) > ROUNDING * float(matrix.abs().max()):
-        return _Band(start, end, here, None, past.contiguous())
-    return _Band(start, end, here, states.contiguous() if start else None, low.contiguous())
+def _bands(matrix: Tensor) -> _Bands | None:
+    """A lower triangular matrix in bands; None where no few states tell what is before them.
+
+    The states of a band are found from what it makes of a few random columns (Halko et al. 2011, SIAM Rev. 53:217), those that it leaves from what
+    all later ones make of it.
+    """
+    count = max(math.ceil(len(matrix) / ROWS), 1)
+    rows = math.ceil(len(matrix) / count)
+    more = count * rows - len(matrix)
+    blocks = torch.nn.functional.pad(matrix, (0, more, 0, more)).reshape(count, rows, count, rows)
+    here = torch.stack([blocks[i, :, i] for i in range(count)])
+    past = blocks.clone()
+    for i in range(count):
+        past[i, :, i] = 0.0
+    before = past.reshape(count * rows, count * rows)
+    seen = torch.randn(count * rows, STATES, generator=torch.Generator().manual_seed(0), dtype=matrix.dtype).to(matrix.device)
+    states, told = (_ways((one @ seen).reshape(count, rows, -1)) for one in (before, before.mT))
+    between = torch.einsum("gmr,gmhn,hns->grhs", states, past, told)
+    lost = past - torch.einsum("gmr,grhs,hns->gmhn", states, between, told)
+    if float(lost.abs().max()) > ROUNDING * float(matrix.abs().max()):
+        return None
+    wide = between.reshape(count * states.shape[-1], count * told.shape[-1])
+    return _Bands(here, told.mT.contiguous(), wide.contiguous(), states.contiguous())
+
+
+def _ways(seen: Tensor) -> Tensor:
+    """(G, M, R) orthonormal, along which what was seen (G, M, S) lies, in as many directions as any band has."""
+    ways, sizes = torch.linalg.qr(seen)
+    sizes = sizes.diagonal(dim1=-2, dim2=-1).abs()
+    return ways[..., : int((sizes > WEAK * sizes.max()).sum(dim=-1).max())]

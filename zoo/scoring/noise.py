@@ -17,8 +17,8 @@ WHITENED_AT_ONCE = 1000
 DIFFERENCED = 3
 SAME_TIMES = 1e-9
 """Share of a block by which the times of blocks may differ that were recorded alike: means are rounded."""
-MOSTLY_FILLED = 0.7
-"""Share of columns with anything in them above which sorting them out costs more than it saves."""
+FEW, MOSTLY_FILLED = 64, 0.7
+"""Number of columns below which, and share with anything in them above which sorting them out costs more than it saves."""
 NORMAL = NormalDist()
 
 
@@ -170,6 +170,8 @@ def _lasting(piece: Tensor, size: int) -> Tensor:
 
 def _product(root: InverseRoot, piece: Tensor) -> Tensor:
     """Root @ piece; where most columns are zero in this piece, as those of other runs are, without them."""
+    if piece.shape[1] < FEW:
+        return root @ piece
     filled = (piece != 0).any(dim=0)
     if int(filled.sum()) > MOSTLY_FILLED * len(filled):
         return root @ piece
