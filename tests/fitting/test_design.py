@@ -257,6 +257,23 @@ def test_at_means_an_effect_without_memory_is_nearly_what_its_means_are() -> Non
         torch.testing.assert_close(quick.double(), exact[..., : quick.shape[2]], rtol=0, atol=0.08 * float(exact.abs().max()))
 
 
+SEARCHED = [name for name in EFFECTS if build("effects", name).shape and not build("effects", name).sharp]
+
+
+@pytest.mark.parametrize("name", SEARCHED)
+def test_at_means_what_is_searched_for_is_nearly_what_its_means_are_and_remembers_no_other_run(name: str) -> None:
+    made, effect = design(["static_bias", "mohr"]), build("effects", name)
+    slow = {"chamber_cycling": [12 * BLOCK * STEP_S]}  # several blocks a period
+    shapes = torch.tensor([slow.get(name, effect.shape_value.tolist())], dtype=torch.float64)
+    places = made.places(made.model.theta())
+    exact = made.effect_columns(effect, places, shapes, lambda columns: columns)
+    quick = made.effect_columns_at_means(effect, places, shapes, lambda columns: columns)
+    assert quick.dtype == (torch.float32 if effect.instant else torch.float64), "what is brought from outside may insist on double precision"
+    sizes, begun = [run.blocks for run in RUNS], 10  # within a first block that is in motion, a fast memory is not known
+    apart = torch.cat([part[0, begun:] for part in (quick.double() - exact).split(sizes, dim=1)])
+    assert bool((apart.square().mean(dim=0).sqrt() <= 0.1 * exact.square().mean(dim=(0, 1)).sqrt()).all())
+
+
 def test_at_means_an_effect_may_look_at_all_that_was_recorded() -> None:
     made = design(["static_bias", "shupe", "mohr", "supply_voltage"])
     for name in ("supply_voltage", "scale_factor"):

@@ -12,10 +12,12 @@ LARGE = 6007
 """Three times that is gone through in groups, the last of them not full."""
 
 
+@pytest.mark.parametrize("least", [-1.0, 0.999])
 @pytest.mark.parametrize("length", [*LENGTHS, LARGE])
-def test_affine_is_the_loop(length: int) -> None:
+def test_affine_is_the_loop(length: int, least: float) -> None:
+    """Where every step forgets much, and where hundreds do not."""
     random = torch.Generator().manual_seed(length)
-    gain = 2 * torch.rand(3, length, generator=random, dtype=torch.float64) - 1
+    gain = least + (1 - least) * torch.rand(3, length, generator=random, dtype=torch.float64)
     offset = torch.randn(3, length, generator=random, dtype=torch.float64)
     start = torch.randn(3, generator=random, dtype=torch.float64)
     state, states = start, []
@@ -37,11 +39,13 @@ def test_one_gain_at_every_step_is_the_same_without_the_doubling(length: int) ->
     torch.testing.assert_close(geometric(rate[1], offset[1], start[1]), expected[1], rtol=1e-12, atol=1e-12)
 
 
+@pytest.mark.parametrize("half", [1.0, 30.0])
 @pytest.mark.parametrize("length", [*LENGTHS, LARGE])
-def test_clamped_is_the_loop(length: int) -> None:
+def test_clamped_is_the_loop(length: int, half: float) -> None:
+    """Where every few steps meet a bound, and where hundreds do not."""
     random = torch.Generator().manual_seed(length)
     middle = torch.cumsum(torch.randn(3, length, generator=random, dtype=torch.float64), -1)
-    low, high = middle - 1, middle + torch.rand(3, length, generator=random, dtype=torch.float64)
+    low, high = middle - half, middle + half * (1 + torch.rand(3, length, generator=random, dtype=torch.float64)) / 2
     start = torch.randn(3, generator=random, dtype=torch.float64)
     state, states = start, []
     for k in range(length):

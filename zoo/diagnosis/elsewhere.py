@@ -53,6 +53,8 @@ class Elsewhere:
     def look(self, effect: Effect, shapes: Tensor, span_s: float) -> Tensor:
         """θ (P+S,) with the coil and the shape of an effect that are likeliest together, everything else being as it is.
 
+        Many shapes are tried at the means of blocks; that of the coil which suits them best then by samples.
+
         Args:
             effect: to be added.
             shapes: (G, S) physical, to be tried, at a coarse grid of coils; several of a sharp effect at a close one, as far as the model allows it.

@@ -31,12 +31,12 @@ def affine(gain: Tensor, offset: Tensor, start: Tensor) -> Tensor:
     Returns:
         (..., T).
     """
-    start, steps = resumed(start), offset.shape[-1]
+    start = resumed(start)
     gain, offset = torch.broadcast_tensors(gain, offset)
     if _is_small(offset):
         gain, offset = _affine_chained(gain, offset)
         return left(offset + gain * start.unsqueeze(-1), start)
-    gains, offsets = _grouped(gain, 1.0), _grouped(offset, 0.0)
+    gains, offsets = _grouped(gain), _grouped(offset)
     total, added = [gains[..., 0, :]], [offsets[..., 0, :]]
     for k in range(1, gains.shape[-2]):
         added.append(torch.addcmul(offsets[..., k, :], gains[..., k, :], added[-1]))
@@ -45,7 +45,7 @@ def affine(gain: Tensor, offset: Tensor, start: Tensor) -> Tensor:
     entering = _entering(start, torch.addcmul(after, over, start.unsqueeze(-1)))
     for k in range(len(added)):
         added[k] = torch.addcmul(added[k], total[k], entering)
-    return left(_in_a_row(added, steps), start)
+    return left(_in_a_row(added, offset.shape[-1]), start)
 
 
 def _affine_chained(gain: Tensor, offset: Tensor) -> tuple[Tensor, Tensor]:
@@ -63,9 +63,9 @@ def _is_small(values: Tensor, large: int = LARGE) -> bool:
     return values.numel() < large
 
 
-def _grouped(values: Tensor, idle: float, size: int = GROUP) -> Tensor:
-    """(..., T) -> (..., S, G), G groups of S steps, the last filled up with what changes nothing."""
-    return torch.nn.functional.pad(values, (0, -values.shape[-1] % size), value=idle).unflatten(-1, (-1, size)).transpose(-1, -2).contiguous()
+def _grouped(values: Tensor, size: int = GROUP) -> Tensor:
+    """(..., T) -> (..., S, G), G groups of S steps, the last filled up with what nothing comes after."""
+    return torch.nn.functional.pad(values, (0, -values.shape[-1] % size)).unflatten(-1, (-1, size)).transpose(-1, -2).contiguous()
 
 
 def _in_a_row(states: list[Tensor], steps: int) -> Tensor:
@@ -119,18 +119,18 @@ def clamped(low: Tensor, high: Tensor, start: Tensor) -> Tensor:
     Returns:
         (..., T).
     """
-    start, steps = resumed(start), high.shape[-1]
+    start = resumed(start)
     low, high = torch.broadcast_tensors(low, high)
     if _is_small(low):
         low, high = _clamps_chained(low, high)
         return left(_within(start.unsqueeze(-1), low, high), start)
-    lows, highs = _grouped(low, -math.inf), _grouped(high, math.inf)
+    lows, highs = _grouped(low), _grouped(high)
     least, most = [lows[..., 0, :]], [highs[..., 0, :]]
     for k in range(1, lows.shape[-2]):
         least.append(_within(least[-1], lows[..., k, :], highs[..., k, :]))
         most.append(_within(most[-1], lows[..., k, :], highs[..., k, :]))
     entering = _entering(start, _within(start.unsqueeze(-1), *_clamps_chained(least[-1], most[-1])))
-    return left(_in_a_row([_within(entering, bottom, top) for bottom, top in zip(least, most, strict=True)], steps), start)
+    return left(_in_a_row([_within(entering, bottom, top) for bottom, top in zip(least, most, strict=True)], low.shape[-1]), start)
 
 
 def _clamps_chained(low: Tensor, high: Tensor) -> tuple[Tensor, Tensor]:

@@ -20,7 +20,7 @@ STATES = 16
 """Most states that are looked for."""
 WEAK = 1e-12
 """Size of a state over that of the largest from which on it may be rounding."""
-ROUNDING = 1e-11
+ROUNDING = 1e-12
 """Of the largest element: a matrix that states do not give within that is multiplied as it is."""
 
 
@@ -78,7 +78,8 @@ class InverseRoot:
         if bands is None:
             return self.matrix.to(columns.dtype) @ columns
         more = bands.here.shape[0] * bands.here.shape[1] - len(columns)
-        return bands.product(torch.nn.functional.pad(columns, (0, 0, 0, more)))[: len(columns)] if more else bands.product(columns)
+        whole = torch.nn.functional.pad(columns, (0, 0, 0, more)) if more else columns
+        return bands.product(whole)[: len(columns)]
 
     @cached_property
     def _bands(self) -> _Bands | None:
