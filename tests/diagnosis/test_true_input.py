@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Callable
 from dataclasses import replace
 
 import pytest
@@ -91,3 +92,23 @@ def test_one_that_was_planted_is_named_with_its_numbers(runs, catalogue, base, n
 def test_the_input_varies_or_not(runs, rates, varies) -> None:
     found = [turned(run, torch.full_like(run.time, rate)) for run, rate in zip(runs(), rates, strict=True)]
     assert reference_varies(found) == varies
+
+
+def swept(run: Run, added: Callable[[Tensor], Tensor]) -> Run:
+    """The same with a function of a rate that goes slowly to and fro [°/h]."""
+    rate = 1.5 * torch.sin(2 * torch.pi * run.time / 9000.0)
+    return replace(turned(run, rate), error=run.error + added(rate))
+
+
+def test_a_dead_zone_with_hard_edges_is_a_dead_band(runs, catalogue, base, white) -> None:
+    found = diagnose([swept(run, lambda rate: torch.where(rate.abs() < 0.5, -rate, 0.0)) for run in runs()], base, catalogue)
+    assert (found.verdict, found.record["missing"]) == ("missing", ["dead_band"])
+    assert found.search.final.rms < 1.1 * white
+
+
+def test_what_goes_with_the_true_input_is_told_in_its_unit(runs, catalogue, base) -> None:
+    without = {name: effect for name, effect in catalogue.items() if name not in OF_THE_INPUT}
+    told = diagnose([swept(run, lambda rate: 0.1 * torch.sin(2.5 * rate)) for run in runs()], base, without).record["unexplained"][0]
+    assert told["quantity"] == "the true input"
+    assert "°/h" in told["words"]
+    assert "unit" not in told["words"]

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
+from dataclasses import replace
 from itertools import pairwise
 from typing import Any
 
@@ -30,7 +31,7 @@ def sentence(tried: Tried, curves: list[Curve], unit: str) -> str:
         curves: the free function of its quantity, see `FreeFit.curves`.
         unit: suffix of the output's unit.
     """
-    values = tried.parameters(unit)
+    values, tried = tried.parameters(unit), replace(tried, quantity=tried.quantity.beside(unit))
     makers: dict[str, Callable[[Tried, Found], str]] = {
         "even_power": _even,
         "odd_power": _odd,
@@ -99,7 +100,7 @@ def _way(values: Found) -> str:
 
 def _proportional(tried: Tried, values: Found) -> str:
     way = "rises" if values["a1"]["value"] > 0 else "falls"
-    alike = ", the same for heating and cooling" if tried.quantity is SIZE else ""
+    alike = ", the same for heating and cooling" if tried.quantity == SIZE else ""
     return f"It {way} in proportion to {tried.quantity.words.split(',')[0]}{alike}."
 
 
@@ -133,6 +134,6 @@ def _remembered(tried: Tried, values: Found) -> str:
 
 def _wave(tried: Tried, values: Found) -> str:
     period = values["period"]["value"]
-    if tried.quantity is CLOCK:
+    if tried.quantity == CLOCK:
         return f"It recurs every {number(period * SECONDS_PER_HOUR)} s, with the same phase in all runs."
     return f"It recurs every {number(period)} {tried.quantity.unit.replace('°C', 'K')} of {tried.quantity.words}."

@@ -15,6 +15,7 @@ from torch import Tensor
 from zoo.diagnosis.workbench import Workbench
 from zoo.effects.base import Effect, History, Place
 from zoo.physics.lag import lagged
+from zoo.units import symbol
 
 FLAT = 1e-9
 """A quantity that varies less is a constant."""
@@ -115,6 +116,10 @@ class Quantity:
     def key(self) -> str:
         """An identifier."""
         return "_".join([self.place, self.of.__name__, *self.needs])
+
+    def beside(self, output: str) -> Quantity:
+        """The same with its unit as usually written, where that is the output's, of which the suffix is given."""
+        return replace(self, unit=self.unit.replace("unit", symbol(output)))
 
 
 TEMPERATURE = Quantity("the coil's temperature", "T", "°C", temperature)
