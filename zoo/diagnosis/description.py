@@ -122,7 +122,7 @@ def _entry(bench: Workbench, solved: Solved, base: Solved, free: FreeFunction, b
     share, evidence = weigh(bench, solved, free.columns)
     if best is not None:
         share, evidence = share_of(best.solved, base), best.evidence
-    words = sentence(best, curves, unit) if best is not None else shape_of(free.words, free.of.beside(unit).unit, curves[0])
+    words = sentence(best, curves, unit) if best is not None else shape_of(free.words, free.of.told_in(unit).unit, curves[0])
     return {
         "depends_on": free.words if best is None else _depends_on(free, best, unit),
         "explains": share,

@@ -31,7 +31,7 @@ def sentence(tried: Tried, curves: list[Curve], unit: str) -> str:
         curves: the free function of its quantity, see `FreeFit.curves`.
         unit: suffix of the output's unit.
     """
-    values, tried = tried.parameters(unit), replace(tried, quantity=tried.quantity.beside(unit))
+    values, tried = tried.parameters(unit), replace(tried, quantity=tried.quantity.told_in(unit))
     makers: dict[str, Callable[[Tried, Found], str]] = {
         "even_power": _even,
         "odd_power": _odd,

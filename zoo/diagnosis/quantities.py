@@ -117,7 +117,7 @@ class Quantity:
         """An identifier."""
         return "_".join([self.place, self.of.__name__, *self.needs])
 
-    def beside(self, output: str) -> Quantity:
+    def told_in(self, output: str) -> Quantity:
         """The same with its unit as usually written, where that is the output's, of which the suffix is given."""
         return replace(self, unit=self.unit.replace("unit", symbol(output)))
 
