@@ -100,6 +100,12 @@ def swept(run: Run, added: Callable[[Tensor], Tensor]) -> Run:
     return replace(turned(run, rate), error=run.error + added(rate))
 
 
+def test_a_dead_zone_with_hard_edges_is_a_dead_band(runs, catalogue, base, white) -> None:
+    found = diagnose([swept(run, lambda rate: torch.where(rate.abs() < 0.5, -rate, 0.0)) for run in runs()], base, catalogue)
+    assert (found.verdict, found.record["missing"]) == ("missing", ["dead_band"])
+    assert found.search.final.rms < 1.1 * white
+
+
 def test_what_goes_with_the_true_input_is_told_in_its_unit(runs, catalogue, base) -> None:
     without = {name: effect for name, effect in catalogue.items() if name not in OF_THE_INPUT}
     told = diagnose([swept(run, lambda rate: 0.1 * torch.sin(2.5 * rate)) for run in runs()], base, without).record["unexplained"][0]

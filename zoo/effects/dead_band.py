@@ -6,6 +6,9 @@ from torch import Tensor
 
 from zoo.effects.base import Effect, History, Parameter
 
+STEEPEST = 80.0
+"""Logarithm at which |z|^p ends, far from where numbers do: what is left there is 1e-30 of A."""
+
 
 class DeadBand(Effect):
     """Error −A·p·z/(p − 1 + |z|^p), z = Ω/d with Ω the true input: the output lags behind a small rate by up to A, reached at Ω = ±d.
@@ -21,7 +24,7 @@ class DeadBand(Effect):
     needs_varied_reference = True
     shape = (
         Parameter("width", 0.1, "unit", 1e-8, 1e7, "log", source="prior: 0.01–0.1 °/h; wide for any unit", meaning="d, where it is largest", grid=58),
-        Parameter("edge", 4.0, "1", 2.0, 16.0, "log", source="engineering prior: locking 2, dead zone ∞", meaning="p, how steeply it ends", grid=4),
+        Parameter("edge", 4.0, "1", 2.0, 1000.0, "log", source="engineering prior: locking 2, dead zone ∞", meaning="p, how steeply it ends", grid=6),
     )
     amplitudes = (Parameter("depth", 0.0, "unit", -100.0, 100.0, source="prior: 0.01–0.1 °/h", meaning="A"),)
     formula = "−A·p·z/(p − 1 + |z|^p),  z = Ω/d"
@@ -33,4 +36,5 @@ class DeadBand(Effect):
         """−p·z/(p − 1 + |z|^p), at most 1, see `Effect.columns`."""
         width, edge = shape[..., 0:1], shape[..., 1:2]
         place = history.reference / width
-        return (-edge * place / (edge - 1.0 + place.abs().pow(edge))).unsqueeze(-1)
+        steep = place.abs().minimum((STEEPEST / edge).exp()).pow(edge)
+        return (-edge * place / (edge - 1.0 + steep)).unsqueeze(-1)

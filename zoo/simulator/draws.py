@@ -45,6 +45,7 @@ VISIBLE = {
     ("glass_transition", "width"): Span(5.0, 15.0, "K"),
     ("viscoelastic", "time"): Span(0.3, 5.0, "h"),
     ("moisture", "time"): Span(3.0, 30.0, "h"),
+    ("dead_band", "edge"): Span(3.0, 10.5, "1"),  # a zone with hard edges falls between the samples of a slow recording
     ("chamber_cycling", "period"): Span(240.0, 600.0, "s"),  # means over 100 s take a shorter one for a longer
 }
 
