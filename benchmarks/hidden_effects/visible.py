@@ -12,7 +12,8 @@ from torch import Tensor
 
 from zoo.diagnosis.diagnose import open_bench
 from zoo.diagnosis.refine import check_rms
-from zoo.diagnosis.workbench import Solved, Workbench
+from zoo.diagnosis.solved import Solved
+from zoo.diagnosis.workbench import Workbench
 from zoo.effects.base import Effect
 from zoo.fitting.design import coarse_starts
 from zoo.fitting.projection import project

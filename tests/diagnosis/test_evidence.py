@@ -20,9 +20,9 @@ from zoo.diagnosis.diagnose import open_bench
 from zoo.diagnosis.posterior import ANOTHER, SOMETHING, TEMPER, believed, hypotheses, posterior, unknown
 from zoo.diagnosis.screening import Screened, screen
 from zoo.diagnosis.search import Search, what_helps
+from zoo.diagnosis.solved import Solved
 from zoo.diagnosis.structure import examine
 from zoo.diagnosis.trials import Step, Trial
-from zoo.diagnosis.workbench import Solved
 from zoo.fitting.projection import project
 from zoo.scoring.noise import NoiseModel
 

@@ -11,7 +11,7 @@ import torch
 from torch import Generator, Tensor
 
 from zoo.diagnosis.parameters import SLOWLY_KNOWN, fitted_parameters, scores
-from zoo.diagnosis.workbench import Solved
+from zoo.diagnosis.solved import Solved
 from zoo.fitting.variable_projection import fit
 from zoo.scoring.noise import NoiseModel
 

@@ -15,6 +15,7 @@ from zoo.diagnosis.diagnose import open_bench
 from zoo.diagnosis.free_functions import TOGETHER, anywhere, free_functions, functions_of, worth
 from zoo.diagnosis.moments import moments, rarity
 from zoo.diagnosis.restless import restless
+from zoo.diagnosis.solved import Freed, Solved
 from zoo.diagnosis.structure import (
     CLEAR,
     LEVEL_ALLOWED,
@@ -32,7 +33,7 @@ from zoo.diagnosis.structure import (
     spectral_line,
 )
 from zoo.diagnosis.swings import _around, swings
-from zoo.diagnosis.workbench import Freed, Solved, Workbench
+from zoo.diagnosis.workbench import Workbench
 from zoo.measurements.run import Run
 from zoo.simulator.noise import rate_walk
 

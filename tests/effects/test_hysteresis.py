@@ -28,7 +28,7 @@ def shape_of(*values: float) -> Tensor:
 def loop_of(temperature: Tensor, warped, seen, time: Tensor | None = None, shape: Tensor | None = None) -> Tensor:
     effect = build("effects", "hysteresis")
     time = torch.arange(len(temperature), dtype=torch.float64) * 60 if time is None else time
-    return effect.columns(warped(seen(effect), time, temperature), shape_of(6.0, 20.0, 30.0) if shape is None else shape)[:, 0]
+    return effect.columns(warped(seen(effect), time, temperature), shape_of(6.0, 20.0, 30.0, 0.0) if shape is None else shape)[:, 0]
 
 
 def test_hysteresis_does_not_know_the_rate(warped, seen) -> None:
@@ -71,9 +71,9 @@ def test_up_and_down_differ_at_every_temperature_and_stay_within_one(warped, see
 
 
 def test_the_play_is_the_loop_of_the_textbook() -> None:
-    moved = play(torch.tensor([0.0, 3.0, 5.0, 1.0, -4.0, 0.0], dtype=torch.float64), torch.tensor([2.0], dtype=torch.float64))
+    moved = play(shape_of(0.0, 3.0, 5.0, 1.0, -4.0, 0.0), shape_of(2.0), shape_of(0.0))
     assert moved.tolist() == [0.0, 1.0, 3.0, 3.0, -2.0, -2.0]
-    soaked = play(torch.tensor([50.0, 51.0, 49.0], dtype=torch.float64), torch.tensor([2.0], dtype=torch.float64))
+    soaked = play(shape_of(50.0, 51.0, 49.0), shape_of(2.0), shape_of(0.0))
     assert soaked.tolist() == [50.0, 50.0, 50.0], "it starts where the first temperature puts it"
 
 
@@ -91,14 +91,14 @@ def test_minor_loops_between_the_same_turns_are_congruent(low, high, warped, see
 def test_a_wide_spread_is_a_mean_of_plain_plays(warped, seen) -> None:
     """s·tanh((w − c0)/s) → w − c0, with the error of the tangent, (w − c0)³/3s²."""
     course, spread = path(20, 50, 10, 35, 0, 20), 1e4
-    loop = spread * loop_of(course, warped, seen, shape=shape_of(6.0, 20.0, spread))
-    plays = torch.stack([play(course, torch.tensor([factor * 6.0], dtype=torch.float64)) for factor in WIDTHS]).mean(0) - 20.0
+    loop = spread * loop_of(course, warped, seen, shape=shape_of(6.0, 20.0, spread, 0.0))
+    plays = torch.stack([play(course, shape_of(factor * 6.0), shape_of(0.0)) for factor in WIDTHS]).mean(0) - 20.0
     torch.testing.assert_close(loop, plays, rtol=0, atol=30.0**3 / 3 / spread**2 + 1e-9)
 
 
 def test_a_narrow_loop_is_a_function_of_the_temperature(warped, seen) -> None:
     course = path(20, 50, 10, 35, 0, 20)
-    loop = loop_of(course, warped, seen, shape=shape_of(1e-6, 20.0, 30.0))
+    loop = loop_of(course, warped, seen, shape=shape_of(1e-6, 20.0, 30.0, 0.0))
     torch.testing.assert_close(loop, torch.tanh((course - 20.0) / 30.0), rtol=0, atol=1e-6)
 
 
@@ -119,11 +119,31 @@ def test_a_play_of_relays_is_the_sum_over_relays(warped, seen) -> None:
 def test_hysteresis_leaves_an_angle_round_a_cycle(seen) -> None:
     effect = build("effects", "hysteresis")
     history = seen(effect, knots=CYCLE)
-    loop = effect.columns(history, shape_of(6.0, 20.0, 40.0))[:, 0] - torch.tanh((history.temperature - 20.0) / 40.0)
+    loop = effect.columns(history, shape_of(6.0, 20.0, 40.0, 0.0))[:, 0] - torch.tanh((history.temperature - 20.0) / 40.0)
     assert abs(float(torch.trapezoid(loop, history.time))) > 0.05 * float(torch.trapezoid(loop.abs(), history.time))
 
 
 def test_widths_that_shapes_share_change_nothing() -> None:
     course = 30.0 * torch.sin(torch.linspace(0.0, 9.0, 80, dtype=torch.float64))
     widths = torch.tensor([[4.0], [2.0], [4.0], [9.0], [2.0]], dtype=torch.float64)
-    torch.testing.assert_close(play(course, widths), torch.stack([play(course, width) for width in widths]), rtol=0, atol=0)
+    pasts = torch.tensor([[0.0], [1.0], [1.0], [0.5], [1.0]], dtype=torch.float64)
+    one_by_one = [play(course, width, past) for width, past in zip(widths, pasts, strict=True)]
+    torch.testing.assert_close(play(course, widths, pasts), torch.stack(one_by_one), rtol=0, atol=0)
+
+
+@pytest.mark.parametrize(("room", "there"), [(15.0, -36.0), (15.0, -1.0), (25.0, 60.0), (25.0, 26.0)])
+def test_a_whole_past_is_the_way_from_room_temperature(room, there, warped, seen) -> None:
+    """A record that begins in the cold goes on as one that was switched on in the laboratory does."""
+    course = path(room, there, 50, 10)
+    whole, later = loop_of(course, warped, seen), loop_of(course[50:], warped, seen, shape=shape_of(6.0, 20.0, 30.0, 1.0))
+    torch.testing.assert_close(later, whole[50:], rtol=0, atol=1e-12)
+    fresh = loop_of(course[50:], warped, seen)
+    assert float((later - fresh)[0].abs()) > 1e-3
+    assert torch.equal(later[-10:], fresh[-10:]), "wiped out"
+    half = loop_of(course[50:], warped, seen, shape=shape_of(6.0, 20.0, 30.0, 0.5))
+    assert bool(((half - fresh) * (later - half) >= 0).all())
+
+
+def test_a_run_that_begins_at_room_temperature_has_no_other_past(warped, seen) -> None:
+    course = path(20, 50, 10, 35, 0, 20)
+    assert torch.equal(loop_of(course, warped, seen, shape=shape_of(6.0, 20.0, 30.0, 1.0)), loop_of(course, warped, seen))

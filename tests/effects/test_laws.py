@@ -27,6 +27,8 @@ SHOWN = {("bias_step", "onset"): (0.0, 14.0), ("dead_band", "width"): (0.3, 30.0
 """Where shapes must lie to show in the run at hand: of 12 h, turned at up to 9.66 a unit."""
 BY_VALUE = {"polarization"}
 """Effects whose shapes nearby depend on what the shape is."""
+FROM_THE_COLD = ((0, -20), (1, -20), (3, 55), (4, 55), (5, 10), (6, 10), (7, -30), (8, -30), (9, 0), (9.5, -15), (12, 20))
+"""Knots [h, °C] of a run that does not begin at room temperature."""
 OF_ONE_RUN = {"chamber_cycling": (1, 2, 3, 4)}
 """Effects with columns of their own in each of these runs; those of all others are in the run that is looked at, run 1."""
 
@@ -103,10 +105,10 @@ def test_unit_and_physical_value_are_inverses(name, one) -> None:
     assert bool((torch.diff(physical) > 0).all()) or bool((torch.diff(physical) < 0).all())
 
 
-@pytest.mark.parametrize("scale", ["linear", "log", "inverse", "index"])
+@pytest.mark.parametrize("scale", ["linear", "log", "inverse", "index", "share"])
 def test_scales_spread_as_they_say(scale) -> None:
     one = Parameter("p", 2.0, "s", 1.0, 8.0, scale)
-    middle = {"linear": 4.5, "index": 4.0, "log": math.sqrt(8.0), "inverse": 2 / (1 + 1 / 8)}[scale]
+    middle = {"linear": 4.5, "share": 4.5, "index": 4.0, "log": math.sqrt(8.0), "inverse": 2 / (1 + 1 / 8)}[scale]
     assert float(physical_value(torch.tensor(0.5, dtype=torch.float64), one)) == pytest.approx(middle)
     assert float(unit_value(torch.tensor(middle, dtype=torch.float64), one)) == pytest.approx(3 / 7 if scale == "index" else 0.5)
     assert float(to_unit(torch.tensor([99.0]), [one])) == (0.0 if scale == "inverse" else 1.0), "clipped to the bounds"
@@ -114,6 +116,7 @@ def test_scales_spread_as_they_say(scale) -> None:
 
 def test_a_grid_is_off_the_bounds_and_an_index_counts_the_runs() -> None:
     assert grid_values(Parameter("p", 1.0, "1", 0.0, 8.0, grid=4), 3).tolist() == [1.0, 3.0, 5.0, 7.0]
+    assert grid_values(Parameter("p", 1.0, "1", 0.0, 1.0, "share", grid=3), 3).tolist() == [0.0, 0.5, 1.0], "but a share's ends are as likely"
     run = Parameter("run", 0.0, "1", 0.0, 100.0, "index")
     assert grid_values(run, 3).tolist() == [0.0, 1.0, 2.0, 3.0]
     assert grid_values(run, 1).tolist() == [0.0], "one run is all runs"
@@ -220,7 +223,7 @@ def test_the_future_changes_nothing(effect, seen) -> None:
 def test_gradients_to_the_shape_are_those_of_finite_differences(name, seen) -> None:
     """In every sample but the few in which a kink (a relay, a clamp) lies within the step."""
     effect = build("effects", name)
-    history = seen(effect)
+    history = seen(effect, knots=FROM_THE_COLD)
     for shape in shapes(effect)[1:]:
         for i, one in enumerate(effect.shape):
             if one.scale == "index":
@@ -239,7 +242,7 @@ def test_gradients_to_the_shape_are_those_of_finite_differences(name, seen) -> N
 
 def test_gradients_reach_shape_and_amplitude(effect, seen) -> None:
     effect.amplitude.data += 0.3
-    torch.cat([effect(seen(effect, run=run)) for run in runs_of(effect)]).square().sum().backward()
+    torch.cat([effect(seen(effect, knots=FROM_THE_COLD, run=run)) for run in runs_of(effect)]).square().sum().backward()
     assert bool((effect.amplitude.grad != 0).all())
     for i, one in enumerate(effect.shape):
         if one.scale != "index":

@@ -18,7 +18,7 @@ from zoo.cli.saved_models import physical_values
 from zoo.diagnosis.diagnose import Diagnosis, diagnose
 from zoo.diagnosis.refine import CHECK_ALLOWED, Refinement, refine
 from zoo.diagnosis.regions import regions, runs_rms
-from zoo.diagnosis.workbench import Solved
+from zoo.diagnosis.solved import Solved
 from zoo.measurements.run import Run
 from zoo.models.base import Model
 from zoo.models.graybox import GrayBox

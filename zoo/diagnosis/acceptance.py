@@ -6,9 +6,10 @@ import math
 
 from zoo.diagnosis.corrections import stands_apart
 from zoo.diagnosis.cross_validation import segment_cost
+from zoo.diagnosis.solved import Solved
 from zoo.diagnosis.structure import leaves_noise
 from zoo.diagnosis.trials import OVERWHELMING, Step, Trial
-from zoo.diagnosis.workbench import FAR, QUIET, Solved, Workbench
+from zoo.diagnosis.workbench import FAR, QUIET, Workbench
 
 ACCEPT, FIRST = 5.0, 1.5
 """Log Bayes factor that an effect must reach over the model without it, on top of the logarithm of the number of candidates: 150 : 1; 4.5 : 1 for the

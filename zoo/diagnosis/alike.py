@@ -6,7 +6,8 @@ import torch
 from torch import Tensor
 
 from zoo.diagnosis.shape_search import Beside
-from zoo.diagnosis.workbench import Solved, Workbench
+from zoo.diagnosis.solved import Solved
+from zoo.diagnosis.workbench import Workbench
 from zoo.effects.bounds import to_physical, to_unit
 from zoo.fitting.projection import complement, orthonormal
 from zoo.fitting.variable_projection import fit

@@ -7,7 +7,8 @@ from torch import Tensor
 
 from zoo.diagnosis.free_functions import functions_of
 from zoo.diagnosis.quantities import CLOCK, RATE, TEMPERATURE, inputs_of, momentary
-from zoo.diagnosis.workbench import Solved, Workbench
+from zoo.diagnosis.solved import Solved
+from zoo.diagnosis.workbench import Workbench
 from zoo.fitting.projection import complement, orthonormal, project
 
 STANDS_FOR = 0.85

@@ -9,7 +9,8 @@ import torch
 from torch import Tensor
 
 from zoo.diagnosis.free_functions import FreeFunction
-from zoo.diagnosis.workbench import Solved, Workbench
+from zoo.diagnosis.solved import Solved
+from zoo.diagnosis.workbench import Workbench
 from zoo.fitting.projection import complement, orthonormal, project
 
 GRID, BINS, FEW = 41, 24, 3

@@ -15,8 +15,9 @@ from zoo.diagnosis.forms import POLYNOMIALS, wave
 from zoo.diagnosis.free_functions import TOGETHER, FreeFunction, functions_of, weigh
 from zoo.diagnosis.quantities import CLOCK, RATE, SIZE
 from zoo.diagnosis.restless import restless
+from zoo.diagnosis.solved import Solved
 from zoo.diagnosis.structure import MATERIAL, SIGNIFICANT, leaves_noise
-from zoo.diagnosis.workbench import Solved, Workbench
+from zoo.diagnosis.workbench import Workbench
 from zoo.effects.base import Parameter
 
 MOST = 3

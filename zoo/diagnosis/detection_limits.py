@@ -13,7 +13,8 @@ import torch
 from torch import Tensor
 
 from zoo.diagnosis.shape_search import Beside
-from zoo.diagnosis.workbench import Solved, Workbench
+from zoo.diagnosis.solved import Solved
+from zoo.diagnosis.workbench import Workbench
 from zoo.fitting.projection import complement
 
 SHAPES = 12

@@ -21,9 +21,10 @@ from zoo.diagnosis.posterior import Hypothesis, hypotheses, posterior, unknown
 from zoo.diagnosis.preparation import check_swing, without_spikes
 from zoo.diagnosis.regions import regions, runs_rms
 from zoo.diagnosis.search import Search, settle, what_helps
+from zoo.diagnosis.solved import Solved
 from zoo.diagnosis.structure import Structure, examine
 from zoo.diagnosis.trials import Step, Trial
-from zoo.diagnosis.workbench import Solved, Workbench
+from zoo.diagnosis.workbench import Workbench
 from zoo.effects.base import Effect
 from zoo.errors import InputError, nearest
 from zoo.fitting.noise import floors_of, noise_of

@@ -10,7 +10,8 @@ from zoo.diagnosis.free_functions import Axis, FreeFunction, functions_of, weigh
 from zoo.diagnosis.parameters import fitted_parameters
 from zoo.diagnosis.quantities import CLOCK, RATE, Quantity
 from zoo.diagnosis.screening import Here, Screened
-from zoo.diagnosis.workbench import Solved, Workbench
+from zoo.diagnosis.solved import Solved
+from zoo.diagnosis.workbench import Workbench
 from zoo.effects.base import Effect
 from zoo.fitting.parameters import Fitted
 from zoo.fitting.variable_projection import Fit, fit

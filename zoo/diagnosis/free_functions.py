@@ -9,7 +9,8 @@ import torch
 from torch import Tensor
 
 from zoo.diagnosis.quantities import FLAT, RATE, TEMPERATURE, Quantity, quantities
-from zoo.diagnosis.workbench import Freed, Solved, Workbench
+from zoo.diagnosis.solved import Freed, Solved
+from zoo.diagnosis.workbench import Workbench
 from zoo.fitting.projection import project
 from zoo.fitting.variable_projection import Fit
 from zoo.side_by_side import side_by_side

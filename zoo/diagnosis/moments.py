@@ -10,7 +10,8 @@ import math
 import torch
 from torch import Tensor
 
-from zoo.diagnosis.workbench import Solved, Workbench
+from zoo.diagnosis.solved import Solved
+from zoo.diagnosis.workbench import Workbench
 
 SCALES = (1, 3, 10)
 """Blocks over which the whitened residual is summed: what lasts longer than a block stands out more."""

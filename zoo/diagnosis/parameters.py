@@ -5,7 +5,7 @@ from __future__ import annotations
 import torch
 from torch import Tensor
 
-from zoo.diagnosis.workbench import Solved
+from zoo.diagnosis.solved import Solved
 from zoo.fitting.parameters import Fitted, parameters_of
 
 SLOWLY_KNOWN = 1.3

@@ -12,8 +12,9 @@ import torch
 from zoo.diagnosis.diagnose import Diagnosis, check_effects, diagnose
 from zoo.diagnosis.parameters import fitted_parameters
 from zoo.diagnosis.preparation import reference_varies
+from zoo.diagnosis.solved import Solved
 from zoo.diagnosis.structure import Structure, examine
-from zoo.diagnosis.workbench import VARIED_REFERENCE, Solved, Workbench
+from zoo.diagnosis.workbench import VARIED_REFERENCE, Workbench
 from zoo.effects.base import Effect
 from zoo.errors import InputError
 from zoo.fitting.noise import blocks_of, floors_of, noise_of

@@ -9,9 +9,10 @@ from torch import Tensor
 
 from zoo.diagnosis.form_words import number
 from zoo.diagnosis.moments import moments, rarity
+from zoo.diagnosis.solved import Solved
 from zoo.diagnosis.swings import swings
 from zoo.diagnosis.switching import switching
-from zoo.diagnosis.workbench import Solved, Workbench
+from zoo.diagnosis.workbench import Workbench
 from zoo.measurements.run import Run
 from zoo.physics.differentiator import temperature_rate
 from zoo.units import symbol

@@ -7,7 +7,8 @@ from dataclasses import dataclass, replace
 from torch import Tensor
 
 from zoo.diagnosis.shape_search import Beside
-from zoo.diagnosis.workbench import Solved, Workbench
+from zoo.diagnosis.solved import Solved
+from zoo.diagnosis.workbench import Workbench
 from zoo.effects.base import Effect
 from zoo.effects.bounds import to_physical
 from zoo.side_by_side import side_by_side

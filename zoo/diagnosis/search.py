@@ -9,9 +9,10 @@ import torch
 
 from zoo.diagnosis.acceptance import ACCEPT, accepted, best_of, convinces, pruned
 from zoo.diagnosis.screening import Screened, screen
+from zoo.diagnosis.solved import Solved
 from zoo.diagnosis.structure import leaves_noise
 from zoo.diagnosis.trials import REFITS, Step, Trial, glances, refit, round_of
-from zoo.diagnosis.workbench import FAR, Solved, Workbench
+from zoo.diagnosis.workbench import FAR, Workbench
 from zoo.scoring.noise import white_level
 
 HELPS = 0.3

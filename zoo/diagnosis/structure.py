@@ -13,9 +13,10 @@ from torch import Tensor
 from zoo.diagnosis.free_functions import anywhere, functions_of, weigh
 from zoo.diagnosis.moments import kurtosis, prominence, rarity
 from zoo.diagnosis.quantities import CLOCK, by_the_clock, inputs_of
+from zoo.diagnosis.solved import Freed, Solved
 from zoo.diagnosis.swings import BAND, periodograms, swings
 from zoo.diagnosis.switching import TWO_LEVELS, switching
-from zoo.diagnosis.workbench import QUIET, Freed, Solved, Workbench
+from zoo.diagnosis.workbench import QUIET, Workbench
 from zoo.fitting.projection import project
 from zoo.side_by_side import side_by_side
 

@@ -14,7 +14,8 @@ import torch
 from torch import Tensor
 
 from zoo.diagnosis.noise_likelihood import LEVEL_SPREAD, LEVELS
-from zoo.diagnosis.workbench import Solved, Workbench
+from zoo.diagnosis.solved import Solved
+from zoo.diagnosis.workbench import Workbench
 from zoo.fitting.projection import project
 
 TWO_LEVELS = 10.0

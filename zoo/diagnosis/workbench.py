@@ -4,18 +4,15 @@ from __future__ import annotations
 
 import copy
 import math
-from dataclasses import dataclass, field
 from functools import cached_property
-from typing import NamedTuple
 
 import torch
 from torch import Tensor
 
-from zoo.diagnosis.elsewhere import Elsewhere
-from zoo.diagnosis.noise_likelihood import START, Likely, NoiseMixtures, Place
+from zoo.diagnosis.noise_likelihood import START, NoiseMixtures, Place
 from zoo.diagnosis.preparation import reference_varies, without_outliers
 from zoo.diagnosis.shape_search import Beside
-from zoo.diagnosis.trimming import trimmed
+from zoo.diagnosis.solved import Solved
 from zoo.effects.base import Effect
 from zoo.effects.bounds import to_physical, to_unit
 from zoo.fitting.design import Design, coarse_starts, starts_in_motion
@@ -37,107 +34,6 @@ WORTH_RESHAPING, RESHAPED = 2.0, 2
 """χ² that another shape must gain for the fit to start from there once more, and how often it may."""
 COARSE, FINE = 1e-3, 1e-5
 """Tolerance of the fit of a candidate, which decides by evidence of 5 and more, and of a model that is kept."""
-
-
-class Freed(NamedTuple):
-    """What a free function of one quantity is worth beside a model.
-
-    Attributes:
-        evidence: log Bayes factor over none, of the order that the runs call for.
-        gain: of the log likelihood, which the evidence is less what the function's parameters cost.
-        whole: log Bayes factor of all orders.
-    """
-
-    evidence: float
-    gain: float
-    whole: float
-
-
-@dataclass(frozen=True, eq=False)
-class Solved:
-    """A fitted grey box.
-
-    Attributes:
-        names: its effects.
-        model: holds the fitted values.
-        design: its columns on the fitted runs.
-        fit: the solution, in whitened block means.
-        mixtures: the noise that the gyro may have.
-        near: the mixture to start from in the search for the likeliest.
-        worths: log evidences found so far, by the effects that were not trimmed.
-        freed: what free functions are worth beside it, those that were tried, by what they depend on.
-    """
-
-    names: tuple[str, ...]
-    model: GrayBox
-    design: Design
-    fit: Fit
-    mixtures: NoiseMixtures
-    near: Place = START
-    worths: dict[frozenset[str], float] = field(default_factory=dict)
-    freed: dict[str, Freed] = field(default_factory=dict)
-
-    @cached_property
-    def basis(self) -> Tensor:
-        """(N, R) orthonormal basis of everything the model can still absorb to first order: its columns and the tangents of θ."""
-        return orthonormal(torch.cat([self.fit.columns, self.fit.tangent], dim=1))
-
-    @cached_property
-    def likely(self) -> Likely:
-        """The noise mixture under which the residual is most likely."""
-        return self.mixtures.most_likely(self.fit.plain, self.design.error, self.near)
-
-    @cached_property
-    def slow_noise(self) -> Likely:
-        """The same for what the noise does to the fitted values, which have taken some of it away, see `NoiseMixtures.most_likely`."""
-        return self.mixtures.most_likely(self.fit.plain, self.design.error, self.likely.place, restricted=True)
-
-    @cached_property
-    def residual(self) -> Tensor:
-        """(N,) block means of error − model [unit], runs one after the other."""
-        return self.design.error - self.plain_columns @ self.fit.amplitudes
-
-    def places(self) -> dict[str, list[int]]:
-        """Which columns are whose."""
-        found, at = {}, 0
-        for name, effect in self.model.named_effects():
-            found[name] = list(range(at, at + len(effect.amplitudes)))
-            at += len(effect.amplitudes)
-        return found
-
-    def trimmed(self, effects: dict[str, list[int]], price: float) -> tuple[float, int, float]:
-        """χ² lost, parameters left and logarithm of the choices when the columns of some effects are trimmed under the likeliest noise.
-
-        A parameter on which nothing depends where it is, such as the number of a run, is not left out but with the columns of its own effect.
-        """
-        several = {name: places for name, places in effects.items() if len(places) > 1}
-        if not several:
-            return 0.0, self.freedom, 0.0
-        resting = [owner for (owner, _), moves in zip(self.model.parameters_of_theta(), self.fit.moves, strict=True) if not bool(moves.any())]
-        white = self.mixtures.whitener(self.likely.place)[1](torch.cat([self.fit.plain, self.design.error.unsqueeze(1)], dim=1))
-        white = white * (self.mixtures.white / self.likely.noise.white)
-        found = trimmed(white[:, :-1], white[:, -1], self.fit.moves, list(effects.values()), price)
-        return found.gain, found.freedom + sum(owner not in several for owner in resting), found.choices
-
-    @property
-    def plain_columns(self) -> Tensor:
-        """(N, K) block means of its columns, not whitened."""
-        return self.fit.plain[:, : self.fit.columns.shape[1]]
-
-    @cached_property
-    def elsewhere(self) -> Elsewhere:
-        """The model at other coils."""
-        return Elsewhere(self.design, self.fit.theta)
-
-    @property
-    def rms(self) -> float:
-        """RMS of the residual over the fitted runs [unit]."""
-        return float(self.residual.square().mean().sqrt())
-
-    @property
-    def freedom(self) -> int:
-        """How many parameters were fitted."""
-        return self.fit.columns.shape[1] + self.fit.theta.numel()
 
 
 class Workbench:

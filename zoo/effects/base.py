@@ -16,7 +16,7 @@ from zoo.errors import InputError, nearest
 if TYPE_CHECKING:
     from zoo.effects.sum import Sum
 
-Scale = Literal["linear", "log", "inverse", "index"]
+Scale = Literal["linear", "log", "inverse", "index", "share"]
 Place = Literal["coil", "housing"]
 
 OF_PLACE = ("temperature", "rate", "gradient", "thermometer", "reference")
@@ -34,7 +34,7 @@ class Parameter:
         low: smallest plausible value.
         high: largest plausible value.
         scale: how values are spread between the bounds: ``"log"`` over decades, ``"inverse"`` for periods (evenly in 1/value),
-            ``"index"`` for whole numbers.
+            ``"index"`` for whole numbers, ``"share"`` for one of 0…1 whose ends are as likely as the rest.
         source: where the bounds come from.
         meaning: one line for a reader.
         grid: how many values a search should try.
@@ -238,9 +238,11 @@ def spread(columns: Tensor, shape: Tensor) -> Tensor:
 
 
 def grid_values(parameter: Parameter, runs: int) -> Tensor:
-    """(G,) values of one parameter, spread by its scale and off the bounds; whole numbers up to the number of runs for an index."""
+    """(G,) values of one parameter, spread by its scale and off the bounds; from end to end for a share, up to the number of runs for an index."""
     if parameter.scale == "index":
         return torch.arange(0, (runs if runs > 1 else 0) + 1, dtype=torch.float64)
+    if parameter.scale == "share":
+        return torch.linspace(parameter.low, parameter.high, parameter.grid, dtype=torch.float64)
     unit = (torch.arange(parameter.grid, dtype=torch.float64) + 0.5) / parameter.grid
     return physical_value(unit, parameter)
 

@@ -9,6 +9,9 @@ from zoo.effects.base import Effect, History, Parameter
 from zoo.physics.recurrence import clamped
 
 WIDTHS = (0.5, 1.0, 2.0)
+"""Half-widths of the three plays, over the one that is fitted."""
+ROOM_C = (15.0, 25.0)
+"""Where a gyro is before it is put into a chamber; a run that begins there has no other past."""
 
 
 class Hysteresis(Effect):
@@ -17,7 +20,8 @@ class Hysteresis(Effect):
     A relay that switches up at c + r and down at c − r is up exactly where the play operator w_r of the temperature exceeds c. Summed over relays
     with density sech²((c − c0)/s) in c this is tanh((w_r − c0)/s): a play seen through a saturating curve (generalised Prandtl–Ishlinskii;
     Al Janaideh, Rakheja & Su 2009). Widths are spread over r/2, r, 2r, for contacts do not slip all at once.
-    Before the first sample every relay is where the starting temperature alone puts it.
+    The first temperature puts all relays but those within the loop, and these are where the past left them: for a share of 1 as the way from room
+    temperature does, for 0 half of them up, as after swings that faded.
     """
 
     name = "hysteresis"
@@ -27,6 +31,9 @@ class Hysteresis(Effect):
         Parameter("centre", 20.0, "°C", -40.0, 80.0, source="middle of the operating range", meaning="temperature where the loop is widest", grid=4),
         Parameter(
             "spread", 40.0, "K", 8.0, 200.0, "log", source="from one contact to a plain play", meaning="temperature range in which it acts", grid=3
+        ),
+        Parameter(
+            "past", 0.0, "1", 0.0, 1.0, "share", source="0 none, 1 all", meaning="share of the way from room temperature in the first state", grid=2
         ),
     )
     amplitudes = (
@@ -45,29 +52,44 @@ class Hysteresis(Effect):
     signature = "the bias in holds depends on whether they were reached from below or above, however slowly"
     confused_with = ("viscoelastic",)
 
+    def shapes_to_try(self, span_s: float, runs: int) -> Tensor:
+        """All loops without a past, see `Effect.shapes_to_try`."""
+        shapes = super().shapes_to_try(span_s, runs)
+        return shapes[shapes[:, 3] == 0.0]
+
+    def shapes_near(self, shape: Tensor, span_s: float) -> Tensor:
+        """The same loop without a past and with one, see `Effect.shapes_near`."""
+        del span_s
+        return torch.stack([torch.cat([shape[:3], torch.full_like(shape[:1], past)]) for past in (0.0, 1.0)])
+
     def columns(self, history: History, shape: Tensor) -> Tensor:
         """The normalised operator in −1…1, see `Effect.columns`."""
-        width, centre, spread = shape[..., 0:1], shape[..., 1:2], shape[..., 2:3]
-        plays = [torch.tanh((play(history.temperature, factor * width) - centre) / spread) for factor in WIDTHS]
+        width, centre, spread, past = shape[..., 0:1], shape[..., 1:2], shape[..., 2:3], shape[..., 3:4]
+        plays = [torch.tanh((play(history.temperature, factor * width, past) - centre) / spread) for factor in WIDTHS]
         return (sum(plays[1:], plays[0]) / len(WIDTHS)).unsqueeze(-1)
 
 
-def play(temperature: Tensor, width: Tensor) -> Tensor:
-    """Play operator (backlash) of half-width r, w[k] = min(max(w[k−1], T − r), T + r), starting at the first temperature.
+def play(temperature: Tensor, width: Tensor, past: Tensor) -> Tensor:
+    """Play operator (backlash) of half-width r, w[k] = min(max(w[k−1], T − r), T + r).
+
+    It starts at w = T + p·min(max(T_room − T, −r), r) with T the first temperature and p the share of the past: at T itself for 0, and where a
+    straight way from room temperature to T leaves it for 1.
 
     Args:
         temperature: (..., T) [°C].
         width: (..., 1) r [K].
+        past: (..., 1) p in 0…1.
 
     Returns:
         (..., T) [°C].
     """
     if width.dim() == 2 and (temperature.dim() == 1 or temperature.shape[-2] == 1):  # in a grid of shapes, many have one width
-        few, which = torch.unique(width, return_inverse=True)
-        return _play(temperature, few.unsqueeze(-1)).index_select(-2, which.squeeze(-1))
-    return _play(temperature, width)
+        few, which = torch.unique(torch.cat([width, past], dim=-1), dim=0, return_inverse=True)
+        return _play(temperature, few[:, :1], few[:, 1:]).index_select(-2, which)
+    return _play(temperature, width, past)
 
 
-def _play(temperature: Tensor, width: Tensor) -> Tensor:
-    start = temperature[..., 0] + torch.zeros_like(width[..., 0])
-    return clamped(temperature - width, temperature + width, start)
+def _play(temperature: Tensor, width: Tensor, past: Tensor) -> Tensor:
+    first = temperature[..., 0:1]
+    way = torch.maximum(torch.minimum(first.clamp(*ROOM_C) - first, width), -width)
+    return clamped(temperature - width, temperature + width, (first + past * way).squeeze(-1))

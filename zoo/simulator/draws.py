@@ -98,6 +98,8 @@ def _visible(name: str, parameter: Parameter, scene: Scene, generator: torch.Gen
         return min(scene.slow * Span(0.5, 2.0, "1").draw(generator), parameter.high)
     if parameter.scale == "index":
         return float(math.floor(uniform(generator) * ((scene.runs if scene.runs > 1 else 0) + 1)))
+    if parameter.scale == "share":
+        return uniform(generator)
     value = VISIBLE[key].draw(generator) if key in VISIBLE else float(physical_value(torch.tensor(0.2 + 0.6 * uniform(generator)), parameter))
     # A loop wider than the program would never close.
     return min(value, max(width / 6, parameter.low)) if key == ("hysteresis", "width") else value

@@ -8,7 +8,8 @@ import pytest
 
 from zoo.catalog import build, names
 from zoo.diagnosis.diagnose import open_bench
-from zoo.diagnosis.workbench import Solved, Workbench
+from zoo.diagnosis.solved import Solved
+from zoo.diagnosis.workbench import Workbench
 from zoo.effects.base import Effect
 from zoo.simulator.gyros.presets import gyro_class
 from zoo.simulator.in_process import as_run

@@ -12,7 +12,8 @@ from zoo.diagnosis.experiment.evidence import FREE, Old, answer, difference, tol
 from zoo.diagnosis.experiment.family import Candidate, family
 from zoo.diagnosis.experiment.prediction import Predicted, predicted
 from zoo.diagnosis.experiment.refit import told_by_refit
-from zoo.diagnosis.workbench import Solved, Workbench
+from zoo.diagnosis.solved import Solved
+from zoo.diagnosis.workbench import Workbench
 from zoo.fitting.projection import complement, orthonormal
 
 

@@ -17,7 +17,8 @@ from zoo.diagnosis.experiment.propose import ENOUGH, Weighed, _useful, choose, p
 from zoo.diagnosis.experiment.rivals import rivals_of
 from zoo.diagnosis.parameters import fitted_parameters
 from zoo.diagnosis.search import Search, search
-from zoo.diagnosis.workbench import Solved, Workbench
+from zoo.diagnosis.solved import Solved
+from zoo.diagnosis.workbench import Workbench
 from zoo.measurements.run import Run
 from zoo.scoring.noise import NoiseModel, Whitener
 from zoo.simulator.in_process import as_run

@@ -9,7 +9,8 @@ import torch
 from torch import Tensor
 
 from zoo.diagnosis.experiment.prediction import Predicted
-from zoo.diagnosis.workbench import Solved, Workbench
+from zoo.diagnosis.solved import Solved
+from zoo.diagnosis.workbench import Workbench
 from zoo.fitting.design import Design
 from zoo.fitting.projection import complement, orthonormal, project
 from zoo.models.graybox import UNSEEN

@@ -9,7 +9,8 @@ from torch import Tensor
 
 from zoo.diagnosis.experiment.evidence import Answer, Old, Told, energy, nearest_place
 from zoo.diagnosis.experiment.prediction import Predicted
-from zoo.diagnosis.workbench import Solved, Workbench
+from zoo.diagnosis.solved import Solved
+from zoo.diagnosis.workbench import Workbench
 from zoo.fitting.design import Design
 from zoo.fitting.variable_projection import fit
 from zoo.models.graybox import UNSEEN

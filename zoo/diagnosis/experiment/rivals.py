@@ -9,7 +9,8 @@ import torch
 from zoo.diagnosis.alike import indistinguishable
 from zoo.diagnosis.screening import Screened, screen
 from zoo.diagnosis.search import Search
-from zoo.diagnosis.workbench import COARSE, VARIED_REFERENCE, Solved, Workbench
+from zoo.diagnosis.solved import Solved
+from zoo.diagnosis.workbench import COARSE, VARIED_REFERENCE, Workbench
 from zoo.effects.bounds import to_unit
 
 CLOSE = 5.0
