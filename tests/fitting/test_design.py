@@ -199,14 +199,13 @@ def test_runs_keep_the_numbers_they_are_given() -> None:
     assert float(columns[-1]) == pytest.approx(1)
 
 
-def test_coarse_starts_are_a_grid_over_the_coil_and_leave_the_rest() -> None:
+def test_coarse_starts_are_a_grid_over_lag_and_weight_and_leave_the_rest() -> None:
     made = design(["static_bias", "hysteresis"])
     base = drawn(made.model, 1)[0]
     starts = coarse_starts(made, base)
-    coil = len(made.model.coil_parameters)
-    assert starts.shape == (4**coil, len(base))
-    assert len(torch.unique(starts[:, :coil], dim=0)) == 4**coil
-    torch.testing.assert_close(starts[:, coil:], base[coil:].expand(len(starts), -1))
+    assert starts.shape == (4**2, len(base))
+    assert len(torch.unique(starts[:, :2], dim=0)) == 4**2
+    torch.testing.assert_close(starts[:, 2:], base[2:].expand(len(starts), -1))
     assert float(starts.min()) >= 0
     assert float(starts.max()) <= 1
     lags = to_physical(starts, [one for _, one in made.model.parameters_of_theta()])[:, 0]

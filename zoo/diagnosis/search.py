@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 
@@ -77,7 +78,8 @@ def search(bench: Workbench, base: Solved, candidates: list[str], progress: Call
     found = Search(base, base)
     for _ in range(PASSES):
         _forward(bench, found, candidates, progress)
-        if found.final.rms > FAR * bench.mixtures.white or not _exchange(bench, found, candidates, progress):
+        far = found.final.rms > FAR * bench.mixtures.white and not leaves_noise(bench, found.final, base)
+        if far or not _exchange(bench, found, candidates, progress):
             break
     if len(found.missing) < 2 and not leaves_noise(bench, found.final, base):
         if _single(bench, found):
@@ -178,14 +180,27 @@ def _exchange(bench: Workbench, found: Search, candidates: list[str], progress: 
         own = bench.evidence(less, found.final)
         trials = glances(bench, less, screen(bench, less, [one for one in candidates if one not in found.final.names]))
         refit(bench, less, [trial for trial in trials if trial.evidence > own - WITHIN][:REFITS], progress, far=0)
+        _remember(bench, found, less, trials)
         mine = Trial(Screened(name, torch.zeros(0), 0.0, 0), found.final, own, True)
         step = Step(less, sorted([mine, *trials], key=lambda trial: (not trial.refitted, -trial.evidence)), ACCEPT, name)
         found.steps.append(step)
         best = step.trials[0]
-        if best.solved is not None and best.evidence > own + PREFERRED and best_of(bench, [best, mine]) is best:
+        if best.solved is None or best.evidence <= own + PREFERRED:
+            continue
+        if best_of(bench, [best, mine]) is best or leaves_noise(bench, best.solved, found.base):
             step.chosen, changed = best.screened.name, True
             found.keep(_finished(bench, found.base, best.solved))
     return changed
+
+
+def _remember(bench: Workbench, found: Search, less: Solved, trials: list[Trial]) -> None:
+    """Let trials beside a model be what they were in an earlier round beside the same effects, where they were fitted further and better."""
+    rounds = [step for step in found.steps if set(step.before.names) == set(less.names)]
+    for trial in trials:
+        for old in [old for step in rounds for old in step.trials if old.refitted and old.screened.name == trial.screened.name]:
+            evidence = bench.evidence(less, old.solved) if old.solved is not None else -math.inf
+            if evidence > trial.evidence:
+                trial.solved, trial.evidence, trial.refitted = old.solved, evidence, True
 
 
 def what_helps(found: Search) -> Search:

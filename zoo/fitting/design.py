@@ -209,16 +209,16 @@ def coarse_starts(design: Design, around: Tensor | None = None, thinned: bool = 
     trials = theta.expand(len(places), -1).clone()
     trials[:, : len(axes)] = torch.stack([axis.to(theta)[places[:, i]] for i, axis in enumerate(axes)], dim=1)
     if len(design.model.thermometers) == 1:
-        declared = design.model.coil_parameters[:2]
-        lag = to_physical(trials[:, :2], declared)[:, :1]
+        lag, _, second = to_physical(trials[:, :3], design.model.coil_parameters[:3]).split(1, dim=1)
         ratio = torch.tensor(ZEROS, dtype=theta.dtype, device=theta.device)[places[:, 1]].unsqueeze(1)
-        trials[:, :2] = to_unit(torch.cat([lag, (ratio - 2.0) * lag], dim=1), declared).clamp(0.0, 1.0)
+        lead = (ratio - 1.0 - second) * lag
+        trials[:, 1:2] = to_unit(lead, design.model.coil_parameters[1:2]).clamp(0.0, 1.0)
     return trials
 
 
 def _axes(model: GrayBox) -> list[Tensor]:
-    """Values of the first three of the coil's parameters in 0…1."""
-    count = len(model.coil_parameters[:3])
+    """Values in 0…1 of the coil's lag and of its lead, or of the weights of the first thermometers."""
+    count = min(max(len(model.thermometers), 2), 3)
     axes = [(torch.arange(COIL_TRIALS, dtype=torch.float64) + 1.0) / (COIL_TRIALS + 1)] * count
     axes[0] = LOW + (HIGH - LOW) * axes[0]
     if len(model.thermometers) == 1:

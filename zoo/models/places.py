@@ -38,6 +38,30 @@ LEAD = Parameter(
 HOUSING = ("temperature_outer_c", "temperature_housing_c", "temperature_case_c")
 """What the thermometer on the housing may be called."""
 WEIGHT = Parameter("weight", 0.5, "1", 0.0, 1.0, "linear", "a coil between two thermometers", "share of this thermometer in what heats the coil")
+SECOND = Parameter(
+    "second",
+    0.3,
+    "1",
+    0.05,
+    1.0,
+    "log",
+    "prior: a thermometer is late by seconds to minutes",
+    "second time constant of the coil over its lag",
+    within=3.0,
+)
+STEADY_S = 30.0
+"""Second time constant of a coil between several thermometers, for a rate that no reading makes jump."""
+AHEAD = Parameter(
+    "lead",
+    0.0,
+    "s",
+    -STEADY_S,
+    900.0,
+    "linear",
+    "prior: thermometers are late by 10–120 s, more under their own potting",
+    "time by which the coil leads what its lag makes of the thermometers, which are late themselves",
+    within=120.0,
+)
 
 
 START = Parameter("start", 0.0, "1", -0.5, 1.5, "linear", "0 soaked, 1 a ramp long under way", "how far the first rate had gone on before the record")
@@ -83,7 +107,7 @@ def housing_last(names: list[str]) -> list[str]:
 def coil_parameters(thermometers: list[str], in_motion: bool = False) -> tuple[Parameter, ...]:
     """What has to be fitted to know the coil's temperature.
 
-    One thermometer: a two-pole lag, and the lead that is left in a steady ramp. Several: a lag behind a weighted mean of them.
+    One thermometer: two lags, and the lead that is left in a steady ramp. Several: a lag behind a weighted mean of them, and a lead.
 
     Args:
         thermometers: columns, the main one first and the housing's last.
@@ -91,20 +115,21 @@ def coil_parameters(thermometers: list[str], in_motion: bool = False) -> tuple[P
     """
     first = (START,) if in_motion else ()
     if len(thermometers) == 1:
-        return LAG, LEAD, *first
+        return LAG, LEAD, SECOND, *first
     extra = [replace(WEIGHT, name=f"weight_{name.removeprefix('temperature_').removesuffix('_c')}") for name in thermometers[1:]]
-    return (LAG, *extra, *first)
+    return (LAG, *extra, AHEAD, *first)
 
 
 def coil(time: Tensor, thermometers: Tensor, theta: Tensor, in_motion: bool = False) -> tuple[Tensor, Tensor, Tensor]:
     """Temperature of the coil, its rate, and the difference that drives heat into it.
 
-    Several thermometers u_j:  u = u_0 + Σ w_j (u_j − u_0),  x = lag_τ(u),  dx/dt = (u − x)/τ. The difference is measured, the last one less the main
-    one: u − x would be the rate once more.
-    One thermometer:  v = lag_τ(lag_τ(u)),  x = v + λ·dv/dt  with λ = max(0, lead + 2τ), rates from the differences between the stages: no sample
-    is ever differenced, so a quantisation step is never amplified by more than max(λ, τ)/τ². What a chamber run determines is the lead in a ramp;
-    λ and τ by themselves hide behind each other.
-    A record that starts in motion:  each lag starts at u − κτ·du/dt instead of u.
+    What heats the coil is u = u_0 + Σ w_j (u_j − u_0), with one thermometer u_0 itself.  v = lag_τ2(lag_τ1(u)),  x = v + λ·dv/dt, rates from the
+    differences between the stages: no sample is ever differenced, so a quantisation step is never amplified by more than max(λ, τ2)/τ1τ2.
+    One thermometer:  τ2 is a share of τ1, and λ = max(0, lead + τ1 + τ2). What a chamber run determines is the lead in a ramp and how the coil bends
+    where ramps begin; λ and the τ by themselves hide behind each other. What drives heat into the coil is u − x.
+    Several:  τ2 is short, and λ = lead + τ2: without a lead a lag alone, x = lag_τ1(u). The difference is measured, the last one less the main one:
+    u − x would be the rate once more.
+    A record that starts in motion:  each lag starts at u − κτ·du/dt of its own u instead of u.
 
     Args:
         time: (T,) from 0 [s].
@@ -115,25 +140,28 @@ def coil(time: Tensor, thermometers: Tensor, theta: Tensor, in_motion: bool = Fa
     Returns:
         temperature (..., T) [°C], rate (..., T) [K/min], gradient (..., T) [K].
     """
-    main, lag = thermometers[..., 0], theta[..., 0]
+    main, drive, lag = thermometers[..., 0], thermometers[..., 0], theta[..., 0]
+    several = thermometers.shape[-1] > 1
     before = _kept(time, first_rates(time, thermometers)) * theta[..., -1:] if in_motion else torch.zeros_like(thermometers[..., 0, :])
-    if thermometers.shape[-1] > 1:
-        weights, drive = theta[..., 1 : thermometers.shape[-1]], main
+    slope = before[..., 0]
+    if several:
+        weights = theta[..., 1 : thermometers.shape[-1]]
         for j in range(weights.shape[-1]):
             drive = drive + weights[..., j : j + 1] * (thermometers[..., j + 1] - main)
-        slope = before[..., 0] + (weights * (before[..., 1:] - before[..., :1])).sum(dim=-1)
-        temperature = lagged(time, drive, lag, drive[..., 0] - lag * slope)
-        rate = (drive - temperature) / lag.unsqueeze(-1) * SECONDS_PER_MINUTE
-        return temperature, rate, (thermometers[..., -1] - main).expand_as(temperature)
-    tau = lag.unsqueeze(-1)
-    ahead = (theta[..., 1:2] + 2 * tau).clamp_min(0.0)
-    delay = lag * before[..., 0]
-    first = lagged(time, main, lag, main[..., 0] - delay)
-    second = lagged(time, first, lag, main[..., 0] - 2 * delay)
-    slope = (first - second) / tau
-    bend = ((main - first) / tau - slope) / tau
-    temperature = second + ahead * slope
-    return temperature, (slope + ahead * bend) * SECONDS_PER_MINUTE, main - temperature
+        slope = slope + (weights * (before[..., 1:] - before[..., :1])).sum(dim=-1)
+        second = torch.full_like(lag, STEADY_S)
+        ahead = theta[..., thermometers.shape[-1]] + second
+    else:
+        second = theta[..., 2] * lag
+        ahead = (theta[..., 1] + lag + second).clamp_min(0.0)
+    once = lagged(time, drive, lag, drive[..., 0] - lag * slope)
+    twice = lagged(time, once, second, drive[..., 0] - (lag + second) * slope)
+    lag, second, ahead = lag.unsqueeze(-1), second.unsqueeze(-1), ahead.unsqueeze(-1)
+    rate = (once - twice) / second
+    bend = ((drive - once) / lag - rate) / second
+    temperature = twice + ahead * rate
+    gradient = (thermometers[..., -1] - main).expand_as(temperature) if several else main - temperature
+    return temperature, (rate + ahead * bend) * SECONDS_PER_MINUTE, gradient
 
 
 def histories(
