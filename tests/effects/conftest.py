@@ -16,7 +16,7 @@ from zoo.models.places import histories
 
 KNOTS = ((0, 20), (1, 20), (1.5, 55), (2.5, 55), (3, 30), (3.25, 45), (4, 10), (5, 10), (6, -30), (7, -30), (7.5, 0), (7.75, -15), (9, 20), (12, 20))
 """Hours and °C: the temperature is a straight line between them."""
-COIL = (300.0, 0.4)
+COIL = (300.0, 0.4, 0.0)
 STEADY = {"_v": 5.0, "_ut": 0.0, "_pct": 40.0, "_kpa": 100.0}
 
 

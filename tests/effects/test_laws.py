@@ -116,7 +116,7 @@ def test_scales_spread_as_they_say(scale) -> None:
 
 def test_a_grid_is_off_the_bounds_and_an_index_counts_the_runs() -> None:
     assert grid_values(Parameter("p", 1.0, "1", 0.0, 8.0, grid=4), 3).tolist() == [1.0, 3.0, 5.0, 7.0]
-    assert grid_values(Parameter("p", 1.0, "1", 0.0, 1.0, "share", grid=3), 3).tolist() == [0.0, 0.5, 1.0], "but a share's ends are as likely"
+    assert grid_values(Parameter("p", 1.0, "1", 0.0, 1.0, "share", grid=3), 3).tolist() == [1.0], "a share is tried at its ends near the best"
     run = Parameter("run", 0.0, "1", 0.0, 100.0, "index")
     assert grid_values(run, 3).tolist() == [0.0, 1.0, 2.0, 3.0]
     assert grid_values(run, 1).tolist() == [0.0], "one run is all runs"
@@ -164,7 +164,7 @@ def test_a_batch_of_shapes_is_each_by_itself(effect, seen) -> None:
 
 
 def test_a_batch_of_histories_is_each_by_itself(effect, seen) -> None:
-    coils, batch = [(100.0, 0.1), (300.0, 0.4), (900.0, 0.9), (2000.0, 0.5)], torch.stack(shapes(effect))
+    coils, batch = [(100.0, 0.1, 0.0), (300.0, 0.4, 60.0), (900.0, 0.9, -20.0), (2000.0, 0.5, 0.0)], torch.stack(shapes(effect))
     columns = effect.columns(seen(effect, coil=coils), batch)
     for i, coil in enumerate(coils):
         alone = effect.columns(seen(effect, coil=coil), batch[i])

@@ -66,7 +66,7 @@ def test_mohr_angle_is_the_change_of_temperature(seen) -> None:
 def test_sensor_lag_is_the_lag_times_the_rate_in_a_ramp(seen) -> None:
     """§5: b'·δτ·dT/dt, to first order Mohr's column."""
     effect = build("effects", "sensor_lag")
-    history = seen(effect, knots=LONG_RAMP, coil=(300.0, 0.0))
+    history = seen(effect, knots=LONG_RAMP, coil=(300.0, 0.0, 0.0))
     middle = slice(len(history.time) // 2, -120)
     lagging = column(effect, history, 900.0)[middle]
     torch.testing.assert_close(lagging, torch.full_like(lagging, -(900 - 300) / 60 * 0.2), rtol=1e-4, atol=0)
@@ -78,7 +78,7 @@ def test_a_thermal_gradient_is_what_the_outer_thermometer_is_ahead(seen) -> None
     history = seen(effect, knots=RAMP)
     ahead = column(effect, history)
     assert float(ahead[90]) == pytest.approx(2.5)
-    assert torch.equal(column(effect, seen(effect, knots=RAMP, coil=(1000.0, 0.9))), ahead), "measured, whatever the coil is fitted to be"
+    assert torch.equal(column(effect, seen(effect, knots=RAMP, coil=(1000.0, 0.9, 60.0))), ahead), "measured, whatever the coil is fitted to be"
 
 
 def test_a_fixture_follows_a_ramp_with_its_lag(seen, warped) -> None:

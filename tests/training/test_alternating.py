@@ -55,7 +55,7 @@ def planted(effect: str) -> tuple[GrayBox, list[Run], Run]:
     shape, amplitudes = PLANTED[effect]
     term = dict(truth.named_effects())[effect]
     with torch.no_grad():
-        truth.coil_value.copy_(torch.tensor([200.0, 0.3], dtype=torch.float64))
+        truth.coil_value.copy_(torch.tensor([200.0, 0.3, 0.0], dtype=torch.float64))
         term.shape_value[:] = torch.tensor(shape, dtype=torch.float64)
         term.amplitude[:] = torch.tensor(amplitudes, dtype=torch.float64)
     runs = [recording("a", [60, 30, 45, -20, 5, -10, 20], truth, 1), recording("b", [-20, 10, -5, 55, 20, 40, 20], truth, 2)]

@@ -176,14 +176,17 @@ class Effect(nn.Module):
         return torch.cartesian_prod(*axes).reshape(-1, len(axes)) if axes else torch.zeros(1, 0, dtype=torch.float64)
 
     def shapes_near(self, shape: Tensor, span_s: float) -> Tensor:
-        """(G, S) shapes around the best of those to try, where columns change too abruptly for a fit to find its way from there; by default itself.
+        """(G, S) shapes around the best of those to try, where a fit would not find its way from there; by default with its shares at either end.
 
         Args:
             shape: (S,) physical.
             span_s: length of the longest run [s].
         """
         del span_s
-        return shape.unsqueeze(0)
+        if all(one.scale != "share" for one in self.shape):
+            return shape.unsqueeze(0)
+        ends = [torch.tensor([one.low, one.high]).to(shape) if one.scale == "share" else shape[i : i + 1] for i, one in enumerate(self.shape)]
+        return torch.cartesian_prod(*ends).reshape(-1, len(ends))
 
     def frequencies(self, shape: Tensor) -> tuple[float, ...]:
         """Where in the spectrum over time its columns are lines [Hz], whose phase may wander a little in nature; by default nowhere.
@@ -238,11 +241,11 @@ def spread(columns: Tensor, shape: Tensor) -> Tensor:
 
 
 def grid_values(parameter: Parameter, runs: int) -> Tensor:
-    """(G,) values of one parameter, spread by its scale and off the bounds; from end to end for a share, up to the number of runs for an index."""
+    """(G,) values of one parameter, spread by its scale and off the bounds; of a share the default, of an index up to the number of runs."""
     if parameter.scale == "index":
         return torch.arange(0, (runs if runs > 1 else 0) + 1, dtype=torch.float64)
     if parameter.scale == "share":
-        return torch.linspace(parameter.low, parameter.high, parameter.grid, dtype=torch.float64)
+        return torch.tensor([parameter.default], dtype=torch.float64)
     unit = (torch.arange(parameter.grid, dtype=torch.float64) + 0.5) / parameter.grid
     return physical_value(unit, parameter)
 

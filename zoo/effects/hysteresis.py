@@ -52,16 +52,6 @@ class Hysteresis(Effect):
     signature = "the bias in holds depends on whether they were reached from below or above, however slowly"
     confused_with = ("viscoelastic",)
 
-    def shapes_to_try(self, span_s: float, runs: int) -> Tensor:
-        """All loops without a past, see `Effect.shapes_to_try`."""
-        shapes = super().shapes_to_try(span_s, runs)
-        return shapes[shapes[:, 3] == 0.0]
-
-    def shapes_near(self, shape: Tensor, span_s: float) -> Tensor:
-        """The same loop without a past and with one, see `Effect.shapes_near`."""
-        del span_s
-        return torch.stack([torch.cat([shape[:3], torch.full_like(shape[:1], past)]) for past in (0.0, 1.0)])
-
     def columns(self, history: History, shape: Tensor) -> Tensor:
         """The normalised operator in −1…1, see `Effect.columns`."""
         width, centre, spread, past = shape[..., 0:1], shape[..., 1:2], shape[..., 2:3], shape[..., 3:4]

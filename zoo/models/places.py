@@ -56,11 +56,11 @@ AHEAD = Parameter(
     0.0,
     "s",
     -STEADY_S,
-    900.0,
+    150.0,
     "linear",
-    "prior: thermometers are late by 10–120 s, more under their own potting",
+    "prior: thermometers are late by 10–120 s",
     "time by which the coil leads what its lag makes of the thermometers, which are late themselves",
-    within=120.0,
+    within=60.0,
 )
 
 
