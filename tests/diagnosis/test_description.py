@@ -196,7 +196,7 @@ def test_the_form_that_is_chosen_is_the_one_that_was_fitted(runs, catalogue, bas
     bumped = []
     for run in runs("", 5):
         box = GrayBox({"mohr": catalogue["mohr"]}, list(run.columns))
-        history = box.histories(run.select(box.inputs), torch.tensor([200.0, 0.3], dtype=torch.float64), 1)["coil"]
+        history = box.histories(run.select(box.inputs), torch.tensor([200.0, 0.3, 0.0], dtype=torch.float64), 1)["coil"]
         bumped.append(replace(run, error=run.error + 0.15 * torch.exp(-(((size(history.rate) - middle) / 0.25) ** 2))))
     bench = open_bench(bumped, base, catalogue)
     best = FormBench(bench, bench.solve(tuple(base))).best()

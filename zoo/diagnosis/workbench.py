@@ -280,13 +280,15 @@ class Workbench:
         return self._before(Workbench(self.runs, self.effects, noise, self.mixtures))
 
     def _before(self, other: Workbench) -> Workbench:
-        """A bench of the same effects on nearly the same runs, with what this one found to start from as well."""
-        other._earlier = self._earlier | {solved.names: solved.fit.theta for solved in self._solved.values()}
+        """Another bench on the same or nearly the same runs, with what this one found of effects that are the same to start from as well."""
+        found = self._earlier | {solved.names: solved.fit.theta for solved in self._solved.values()}
+        shared = {name for name, effect in self.effects.items() if other.effects.get(name) is effect}
+        other._earlier = {names: theta for names, theta in found.items() if shared.issuperset(names)}
         return other
 
     def with_effects(self, effects: dict[str, Effect]) -> Workbench:
         """The same runs and noise, with other effects to name."""
-        return Workbench(self.runs, effects, self.noise, self.mixtures)
+        return self._before(Workbench(self.runs, effects, self.noise, self.mixtures))
 
 
 def _released(solved: Solved, added: tuple[str, ...]) -> Tensor:
