@@ -292,7 +292,8 @@ class Workbench:
 
 
 def _released(solved: Solved, added: tuple[str, ...]) -> Tensor:
-    """θ (P,) with what rests on a bound in the middle between both, but for the effects that were added."""
-    older = torch.tensor([owner not in added for owner, _ in solved.model.parameters_of_theta()], device=solved.fit.theta.device)
+    """θ (P,) with what rests on a bound in the middle between both, but for the effects that were added, and where a prior pulls it back."""
+    declared = solved.model.parameters_of_theta()
+    older = torch.tensor([owner not in added and not one.within for owner, one in declared], device=solved.fit.theta.device)
     resting = (solved.fit.theta <= 0.0) | (solved.fit.theta >= 1.0)
     return torch.where(resting & older, 0.5, solved.fit.theta)
