@@ -155,9 +155,9 @@ class KnownLoop(Hysteresis):
 
 
 def less_likely(out: Path, gyro: Path, truth: dict) -> tuple[float, float]:
-    """By how much χ² is higher with the loop's true shape than with the one found, all else trained to it: from there, and at the deepest of three.
+    """By how much χ² is higher with the loop's true shape than with the one found, all else trained to it: from there, and at the deepest of five.
 
-    A network ends where it began, and processors round otherwise: from one start alone χ² of the truth is 25 higher or 3 lower.
+    A network ends where it began, and processors round otherwise: from one start alone χ² of the truth is 7 to 33 higher.
 
     A network linearised where it stands beside another loop would leave the true one more than the network itself does, once trained beside it.
     What stays is more than chance: the network maps the thermometer, Shupe's effect lives in the coil, and the loop makes up for some of that.
@@ -166,7 +166,7 @@ def less_likely(out: Path, gyro: Path, truth: dict) -> tuple[float, float]:
     known = Hybrid(copy.deepcopy(hybrid.network), {"hysteresis": KnownLoop(truth)}, hybrid.inputs)
     with torch.no_grad():
         known.physics.coil_value.copy_(hybrid.physics.coil_value)
-    others = [copy.deepcopy(known) for _ in range(2)]
+    others = [copy.deepcopy(known) for _ in range(4)]
     Alternating(rounds=60, steps=300, draw=False).fit(known, runs, Generator())
     for seed, other in enumerate(others):
         Alternating(rounds=60, steps=300).fit(other, runs, Generator().manual_seed(seed))

@@ -40,7 +40,7 @@ def recording(name: str, stops: list[float], truth: GrayBox, seed: int) -> Run:
     ends, values = torch.tensor(times, dtype=torch.float64), torch.tensor(levels, dtype=torch.float64)
     share = ((time - ends[places - 1]) / (ends[places] - ends[places - 1])).clamp(0, 1)
     outer = values[places - 1] + share * (values[places] - values[places - 1])
-    inner = truth.histories(torch.stack([time, outer, outer, 0 * time], -1), torch.tensor([300.0, 0.0], dtype=torch.float64))["coil"].temperature
+    inner = truth.histories(torch.stack([time, outer, outer, 0 * time], -1), torch.tensor([300.0, 0.0, 0.0], dtype=torch.float64))["coil"].temperature
     table = torch.stack([time, inner, outer, 0 * time], -1)
     noise = NOISE * BLOCK**0.5 * torch.randn(len(time), generator=Generator().manual_seed(seed), dtype=torch.float64)
     with torch.no_grad():
