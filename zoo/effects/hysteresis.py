@@ -32,9 +32,7 @@ class Hysteresis(Effect):
         Parameter(
             "spread", 40.0, "K", 8.0, 200.0, "log", source="from one contact to a plain play", meaning="temperature range in which it acts", grid=3
         ),
-        Parameter(
-            "past", 0.0, "1", 0.0, 1.0, "share", source="0 none, 1 all", meaning="share of the way from room temperature in the first state", grid=2
-        ),
+        Parameter("past", 0.0, "1", 0.0, 1.0, "share", source="0 none, 1 all", meaning="share of the way from room temperature, at the start"),
     )
     amplitudes = (
         Parameter(
