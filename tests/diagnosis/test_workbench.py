@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 from statistics import median
 
 import pytest
@@ -103,3 +104,15 @@ def test_a_parameter_that_rests_is_paid_for_on_both_sides(runs, catalogue, base)
     more = bench.add(step, "magnetic")
     _, freedom, _ = more.trimmed({"magnetic": more.places()["magnetic"]}, math.log(bench.effective_samples))
     assert step.freedom < freedom <= more.freedom
+
+
+@pytest.mark.parametrize(("start_c", "counted"), [(20.0, 0), (-10.0, 1)])
+def test_a_past_is_counted_only_where_runs_begin_away_from_room_temperature(runs, catalogue, base, start_c, counted) -> None:
+    moved = []
+    for run in runs("hysteresis"):
+        by_column = torch.tensor([start_c - float(run.temperature[0]) if name in run.thermometers else 0.0 for name in run.columns])
+        moved.append(replace(run, table=run.table + by_column.double()))
+    bench = open_bench(moved, base, catalogue)
+    solved = bench.add(bench.begin(tuple(base)), "hysteresis")
+    assert solved.freedom == solved.plain_columns.shape[1] + solved.fit.theta.numel() - 1 + counted
+    assert bench.add(bench.begin(tuple(base)), "bias_step").whole == ["bias_step"], "the number of a run is always"

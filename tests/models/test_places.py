@@ -65,7 +65,7 @@ def test_a_weight_of_one_or_none_picks_the_thermometer(time, two, weight) -> Non
     expected = lagged(time, two[:, weight], values(400.0)[0])
     torch.testing.assert_close(temperature, expected, rtol=0, atol=1e-12)
     assert torch.equal(gradient, two[:, 1] - two[:, 0]), "measured"
-    torch.testing.assert_close(rate, (two[:, weight] - expected) / 400 * 60, rtol=0, atol=1e-11)
+    torch.testing.assert_close(rate, (two[:, weight] - expected) / 400 * 60, rtol=0, atol=1e-12)
 
 
 def test_a_weight_between_is_a_mean_of_the_two(time, two) -> None:
