@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import copy
 import math
 from dataclasses import replace
 from statistics import median
@@ -11,7 +12,7 @@ import torch
 from torch import Generator, Tensor
 
 from zoo.diagnosis.acceptance import FIRST
-from zoo.diagnosis.detection_limits import detection_limits
+from zoo.diagnosis.detection_limits import _odds, detection_limits
 from zoo.diagnosis.diagnose import open_bench
 
 DRAWS = 200
@@ -34,6 +35,7 @@ def test_what_is_a_multiple_of_the_base_hides_in_any_size(diagnosis, catalogue, 
     limit = detection_limits(found.bench, found.search.base, ["again"], FIRST)["again"]
     assert limit.size > 1e4 * found.bench.mixtures.white
     assert limit.hidden == 1.0
+    assert limit.odds == pytest.approx(1.0, abs=0.01), "nothing is learnt of it"
 
 
 def test_limits_go_with_the_unit(runs, catalogue, base, limits) -> None:
@@ -107,3 +109,30 @@ def test_what_a_constant_column_would_do_is_absorbed(limits, runs, catalogue, ba
         still.append(replace(run, table=table))
     bench = open_bench(still, base, catalogue)
     assert limits(bench, bench.solve(tuple(base)))["magnetic"].size == math.inf
+
+
+def test_likelihood_ratios_of_what_is_too_small_are_one_in_the_mean_over_noise() -> None:
+    """So that looking at noise changes no odds in the mean; where there is nothing of an effect they fall, where there is much they rise."""
+    sizes, seen = torch.logspace(-1, 1, 33, dtype=torch.float64), 4.5
+    scores = torch.randn(400_000, generator=Generator().manual_seed(3), dtype=torch.float64)
+    few = sizes < 2.5  # beyond it a handful of draws carries the mean
+    assert float(_odds(sizes[few], scores, seen).mean()) == pytest.approx(1.0, abs=0.02)
+    unseen = float((sizes < seen).double().mean())
+    none, much = _odds(sizes, torch.tensor([0.0, -4.0], dtype=torch.float64), seen)
+    assert float(none) < 0.75 * unseen
+    assert float(much) > 10 * unseen
+    assert torch.equal(_odds(0.0 * sizes, scores[:3], seen), torch.ones(3, dtype=torch.float64)), "what runs cannot show, looking does not change"
+
+
+def test_looking_changes_odds_by_what_the_residual_has_of_an_effect(diagnosis) -> None:
+    """A signal that is there speaks for itself, though too small to be named."""
+    found = diagnosis("")
+    bench, base = found.bench, found.search.base
+    before = detection_limits(bench, base, [PLANTED], FIRST)
+    one = bench.peek(base, PLANTED, bench.shapes(PLANTED)[0])
+    column = one.plain_columns[:, one.places()[PLANTED][0]]
+    planted = replace(base, design=copy.copy(base.design))
+    planted.design.error = base.design.error + 0.8 * before[PLANTED].size * column / (0.5 * (column.max() - column.min()))
+    after = detection_limits(bench, planted, [PLANTED], FIRST)[PLANTED]
+    assert after.odds > 2 * before[PLANTED].odds
+    assert after.hidden == pytest.approx(before[PLANTED].hidden, abs=1e-6), "limits are of the columns and the noise alone"

@@ -73,7 +73,7 @@ def test_hypotheses_sum_to_one_with_the_unknown_and_the_verdict_is_the_first(dia
 
 
 @pytest.mark.parametrize(("hidden", "odds"), [("", SOMETHING), ("bias_step", ANOTHER)])
-def test_what_cannot_be_seen_is_as_probable_after_looking_as_before(diagnosis, hidden, odds) -> None:
+def test_what_cannot_be_seen_is_as_probable_as_its_odds_say(diagnosis, hidden, odds) -> None:
     found = diagnosis(hidden)
     effects = (hidden,) if hidden else ()
     for share in (0.3, 1.0):
@@ -200,7 +200,7 @@ def test_all_that_is_said_of_a_candidate_is_from_one_round(diagnosis, hidden) ->
     """Its numbers; the parameters of an effect that is added are those of the model that has it. Its probability is that of all sets that have it."""
     found = diagnosis(hidden)
     limits = found.record["detection_limits"].values()
-    weighed = hypotheses(found.search, found.structure, sum(limit["hidden"] for limit in limits) / len(limits))
+    weighed = hypotheses(found.search, found.structure, sum(limit["odds"] for limit in limits) / len(limits))
     said = {one["effect"]: one for one in found.record["candidates"]}
     first = found.search.steps[0]
     assert first.chosen == hidden

@@ -14,7 +14,7 @@ from zoo.diagnosis.acceptance import ACCEPT, FIRST, accepted, convinces
 from zoo.diagnosis.diagnose import Diagnosis, diagnose, open_bench
 from zoo.diagnosis.posterior import hypotheses
 from zoo.diagnosis.screening import screen
-from zoo.diagnosis.search import Search, _drop, _remember, _single
+from zoo.diagnosis.search import Search, _drop, _remember, _single, _singles
 from zoo.diagnosis.trials import Step, Trial, glances, refit
 from zoo.models.graybox import GrayBox
 from zoo.simulator.in_process import as_run
@@ -30,13 +30,13 @@ def believed(bench, base, trial: Trial, *evidences: float) -> list[bool]:
 def both(simulation, catalogue, base) -> Callable[..., Diagnosis]:
     """What is said of a gyro with two hidden effects, each of so many times the white noise of a block."""
 
-    def of(first: str, noises: float, second: str, more: float, seed: int) -> Diagnosis:
-        one, other = simulation(first, seed, noises), simulation(second, seed, more)
-        runs = []
+    def of(first: str, noises: float, second: str, more: float, seed: int, runs: int = 2) -> Diagnosis:
+        one, other = simulation(first, seed, noises, runs), simulation(second, seed, more, runs)
+        given = []
         for recorded, added in zip(one.runs, other.runs, strict=True):
             run = as_run(recorded)
-            runs.append(replace(run, error=run.error + added.truth[f"{second}_dph"]))
-        return diagnose(runs, base, catalogue)
+            given.append(replace(run, error=run.error + added.truth[f"{second}_dph"]))
+        return diagnose(given, base, catalogue)
 
     return of
 
@@ -49,6 +49,27 @@ def test_two_effects_that_help_only_together_are_both_named(both, noises, seed) 
     assert set(found.search.missing) == {"warm_up", "aging"}
     assert found.search.steps[0].chosen is None, "no single effect convinced"
     assert len(found.search.path) == 1, "both in one step"
+
+
+@pytest.mark.parametrize(("noises", "second", "seed"), [(20.0, "moisture", 1), (20.0, "moisture", 2), (12.0, "aging", 5)])
+def test_two_large_effects_are_both_named_although_what_follows_their_sum_predicts_best_on_the_way(both, noises, second, seed) -> None:
+    """One run, in which a step happens once: lines or loops follow the sum of it and a drift better than either, and no single effect leaves noise."""
+    found = both("bias_step", noises, second, 20.0, seed, runs=1)
+    assert found.verdict == "missing"
+    assert set(found.search.missing) == {"bias_step", second}
+    assert found.search.path[0].names[-1] not in ("bias_step", second), "another came first, and was dropped"
+    assert found.search.steps[0].chosen == found.search.path[0].names[-1] or found.search.steps[0].chosen == "bias_step"
+
+
+def test_what_leaves_least_is_tried_with_a_second_effect_although_it_is_unlikely_alone(diagnosis) -> None:
+    """A walk makes noise of two effects as well as of what one of them leaves, so that alone neither is called for."""
+    found = diagnosis("bias_step")
+    bench, base, first = found.bench, found.search.base, found.search.steps[0]
+    own = replace(next(trial for trial in first.trials if trial.screened.name == "bias_step"), evidence=-ACCEPT - 1.0)
+    louder = Trial(own.screened, bench.add(base, "supply_voltage"), -ACCEPT - 0.5, True)
+    assert _singles(Search(base, base, [replace(first, trials=[louder, own])])) == [own]
+    assert _singles(Search(base, base, [replace(first, trials=[louder, own]), Step(own.solved, [], ACCEPT)])) == [], "not twice"
+    assert _singles(Search(base, base, [replace(first, trials=[replace(louder, evidence=0.0), own])]))[0].evidence == 0.0, "the likelier first"
 
 
 @pytest.mark.slow

@@ -132,7 +132,7 @@ def diagnose(runs: list[Run], effects: list[str], catalogue: dict[str, Effect], 
     floor = bench.noise_floor(found.final) if structure.is_noise else bench.mixtures.white
     others = [name for name in candidates if name not in found.final.names]
     limits = detection_limits(bench, found.final, others, accepted(base, found.final))
-    weighed = hypotheses(found, structure, sum(limit.hidden for limit in limits.values()) / max(len(limits), 1))
+    weighed = hypotheses(found, structure, sum(limit.odds for limit in limits.values()) / max(len(limits), 1))
     shown, floors = found.as_it_stands, floors_of(bench.runs, floor)
     record = {
         "schema_version": SCHEMA_VERSION,
@@ -189,7 +189,7 @@ def _experiment(bench: Workbench, found: Search, record: dict[str, Any], progres
 
 def _limit(limit: Limit) -> dict[str, float | None]:
     """A limit of detection for JSON, which knows no infinity."""
-    return {"size": limit.size if math.isfinite(limit.size) else None, "hidden": limit.hidden}
+    return {"size": limit.size if math.isfinite(limit.size) else None, "hidden": limit.hidden, "odds": limit.odds}
 
 
 def _posterior(weighed: list[Hypothesis], structure: Structure) -> list[dict[str, Any]]:

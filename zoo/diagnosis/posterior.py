@@ -63,16 +63,16 @@ def unknown(structure: Structure) -> float:
     return 1.0 / (1.0 + math.exp(-STEEPNESS * math.log(max(structure.strain, 1e-6))))
 
 
-def hypotheses(found: Search, structure: Structure, hidden: float) -> list[Hypothesis]:
+def hypotheses(found: Search, structure: Structure, odds: float) -> list[Hypothesis]:
     """The effects that were found and what differs from them in one, likeliest first; what their probabilities lack to 1 is the unknown's.
 
-    A set's probability is the product of those of its effects, each beside the others, and of nothing more being needed. What the runs could not show
-    is as probable after looking as before.
+    A set's probability is the product of those of its effects, each beside the others, and of nothing more being needed. What is too small to be named
+    has the odds that looking left it.
 
     Args:
         found: the search.
         structure: the absolute test of its final model.
-        hidden: probability that an effect which is missing there is too small to be seen, see `zoo.diagnosis.detection_limits`.
+        odds: of a missing effect that is too small to be seen against none, if both were as likely before, see `zoo.diagnosis.detection_limits`.
     """
     members = {name: _chances(_round_of(found, name), name) for name in found.missing}
     last = _last(found)
@@ -86,7 +86,7 @@ def hypotheses(found: Search, structure: Structure, hidden: float) -> list[Hypot
         sets[tuple(sorted(others))] = each * max(1.0 - sum(chances.values()), 0.0)
         sets |= {tuple(sorted([*others, other])): each * chance for other, chance in chances.items() if other not in found.missing}
     sets |= {tuple(sorted([*found.missing, other])): whole / stop * chance for other, chance in more.items()}
-    alone = 1.0 / (1.0 + hidden * (ANOTHER ** len(found.missing) if found.missing else SOMETHING))
+    alone = 1.0 / (1.0 + odds * (ANOTHER ** len(found.missing) if found.missing else SOMETHING))
     size = len(found.missing)
     total = sum(sets.values()) / (1.0 - unknown(structure))
     listed = [Hypothesis(effects, (alone if len(effects) <= size else 1.0) * weight / total) for effects, weight in sets.items()]

@@ -12,7 +12,7 @@ from zoo.diagnosis.acceptance import ACCEPT, accepted, best_of, convinces, prune
 from zoo.diagnosis.screening import Screened, screen
 from zoo.diagnosis.solved import Solved
 from zoo.diagnosis.structure import leaves_noise
-from zoo.diagnosis.trials import REFITS, Step, Trial, glances, refit, round_of
+from zoo.diagnosis.trials import OVERWHELMING, REFITS, Step, Trial, glances, refit, round_of
 from zoo.diagnosis.workbench import FAR, Workbench
 from zoo.scoring.noise import white_level
 
@@ -81,10 +81,10 @@ def search(bench: Workbench, base: Solved, candidates: list[str], progress: Call
         far = found.final.rms > FAR * bench.mixtures.white and not leaves_noise(bench, found.final, base)
         if far or not _exchange(bench, found, candidates, progress):
             break
-    if len(found.missing) < 2 and not leaves_noise(bench, found.final, base):
-        if _single(bench, found):
+    if not leaves_noise(bench, found.final, base):
+        if len(found.missing) < 2 and _single(bench, found):
             _forward(bench, found, candidates, progress)
-        else:
+        elif not _by_evidence(bench, found, candidates, progress):
             _pair(bench, found, candidates, progress)
     _drop(bench, found)
     _agree(bench, found)
@@ -150,10 +150,15 @@ def _pair(bench: Workbench, found: Search, candidates: list[str], progress: Call
 
 
 def _singles(found: Search) -> list[Trial]:
-    """Effects of the first round to try another one beside, which was not done yet."""
+    """Effects of the first round to try another one beside, which was not done yet: the likeliest, and the one that leaves least.
+
+    The latter may be none that is likely: a walk makes noise of two as well as of what one of them leaves.
+    """
     tried = {step.before.names for step in found.steps}
-    refitted = [trial for trial in found.steps[0].trials if trial.refitted and trial.solved is not None and trial.evidence > -ACCEPT]
-    return [trial for trial in refitted if trial.solved is not None and trial.solved.names not in tried][:PAIRED]
+    refitted = [trial for trial in found.steps[0].trials if trial.refitted and trial.solved is not None]
+    least = min(refitted, key=lambda trial: trial.solved.rms if trial.solved else math.inf, default=None)
+    hopeful = [trial for trial in refitted if trial is least or trial.evidence > -ACCEPT]
+    return [trial for trial in hopeful if trial.solved is not None and trial.solved.names not in tried][:PAIRED]
 
 
 def _forward(bench: Workbench, found: Search, candidates: list[str], progress: Callable[[str], None]) -> None:
@@ -167,6 +172,33 @@ def _forward(bench: Workbench, found: Search, candidates: list[str], progress: C
         assert best.solved is not None
         step.chosen = best.screened.name
         found.keep(pruned(bench, _finished(bench, found.base, best.solved), found.base))
+
+
+def _by_evidence(bench: Workbench, found: Search, candidates: list[str], progress: Callable[[str], None]) -> bool:
+    """The walk once more by evidence alone, as long as that is overwhelming; taken where it leaves noise. Whether it did.
+
+    What predicts other pieces of the runs best may be flexible enough to follow the sum of two, and what happens once predicts none of them. On the
+    way there may be one more than are named in the end: those that stood for others are dropped when these are there.
+    """
+    other = Search(found.base, found.base)
+    while not other.path or not leaves_noise(bench, other.final, found.base):
+        beside = set(other.final.names)
+        known = next((step for step in found.steps if set(step.before.names) == beside), None)
+        others = [name for name in candidates if name not in beside]
+        step = replace(known, chosen=None) if known else round_of(bench, other.final, others, ACCEPT, progress)
+        other.steps.append(step)
+        best = max((trial for trial in step.trials if trial.refitted), key=lambda trial: trial.evidence, default=None)
+        if best is None or best.solved is None or best.evidence < OVERWHELMING or len(other.missing) > MOST_ADDED:
+            return False
+        step.chosen = best.screened.name
+        other.keep(pruned(bench, _finished(bench, found.base, best.solved), found.base))
+    if len(other.missing) > MOST_ADDED:
+        return False
+    found.steps[:] = [other.steps[0], *found.steps[1:], *other.steps[1:]]
+    found.path.extend(other.path)
+    found.final = other.final
+    _exchange(bench, found, candidates, progress)
+    return True
 
 
 def _exchange(bench: Workbench, found: Search, candidates: list[str], progress: Callable[[str], None]) -> bool:
