@@ -95,7 +95,7 @@ def _odds(z: Tensor, score: Tensor, seen: float) -> Tensor:
 
 
 def _one_sigma(bench: Workbench, beside: Beside, name: str, shapes: Tensor) -> tuple[Tensor, Tensor]:
-    """(G, K) half of peak to peak of each column of an effect where it is one standard deviation of its own amplitude [unit]; the residual's amplitude.
+    """(G, K) half of peak to peak of each column where it is one standard deviation of its own amplitude [unit]; the residual's amplitude in those.
 
     The first is infinite and the second 0 where the model absorbs it; without columns that no run has anything of, such as those of a third run where
     there are two.

@@ -66,8 +66,8 @@ def unknown(structure: Structure) -> float:
 def hypotheses(found: Search, structure: Structure, odds: float) -> list[Hypothesis]:
     """The effects that were found and what differs from them in one, likeliest first; what their probabilities lack to 1 is the unknown's.
 
-    A set's probability is the product of those of its effects, each beside the others, and of nothing more being needed. What is too small to be named
-    has the odds that looking left it.
+    A set's probability is the product of those of its effects, each beside the others, and of nothing more being needed. What is too small to be
+    named has the odds that looking left it.
 
     Args:
         found: the search.

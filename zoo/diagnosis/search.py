@@ -82,9 +82,10 @@ def search(bench: Workbench, base: Solved, candidates: list[str], progress: Call
         if far or not _exchange(bench, found, candidates, progress):
             break
     if not leaves_noise(bench, found.final, base):
-        if len(found.missing) < 2 and _single(bench, found):
+        few = len(found.missing) < 2
+        if few and _single(bench, found):
             _forward(bench, found, candidates, progress)
-        elif not _by_evidence(bench, found, candidates, progress):
+        elif not _by_evidence(bench, found, candidates, progress) and few:
             _pair(bench, found, candidates, progress)
     _drop(bench, found)
     _agree(bench, found)
@@ -191,7 +192,8 @@ def _by_evidence(bench: Workbench, found: Search, candidates: list[str], progres
         if best is None or best.solved is None or best.evidence < OVERWHELMING or len(other.missing) > MOST_ADDED:
             return False
         step.chosen = best.screened.name
-        other.keep(pruned(bench, _finished(bench, found.base, best.solved), found.base))
+        here = [one for one in found.path if one.names == best.solved.names]
+        other.keep(here[-1] if here else pruned(bench, _finished(bench, found.base, best.solved), found.base))
     if len(other.missing) > MOST_ADDED:
         return False
     found.steps[:] = [other.steps[0], *found.steps[1:], *other.steps[1:]]

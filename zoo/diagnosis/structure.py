@@ -246,7 +246,8 @@ def _outdone(bench: Workbench, final: Solved, base: Solved) -> float:
     """How far the best free function is ahead of the added effects, with what is allowed: 1 where it is just that; 0 where none were added.
 
     One of a column or of the true input does not count against an effect that goes with it: it is that effect, of any form. Nor does one of time of a
-    low order against an effect of time alone, for a straight line is a form of ageing. Of several effects, one alone may stand for it.
+    low order against an effect of time alone, for a straight line is a form of ageing. Of several effects, one alone may stand for it, or all of them
+    where they are of time alone, for then so is their sum.
     """
     if final.names == base.names:
         return 0.0
@@ -254,8 +255,10 @@ def _outdone(bench: Workbench, final: Solved, base: Solved) -> float:
     own = {words for name in added for words in inputs_of(bench.effects[name])}
     known = [bench.known((*base.names, name)) for name in added]
     alone = max((OUTDONE * bench.evidence(base, one) for one in known if one is not None), default=0.0)
-    allowed = max(0.0, alone, SEVERAL_OUTDONE * bench.evidence(base, final))  # what the runs speak against leaves as much as nothing added
-    timed = {CLOCK.words} if any(by_the_clock(bench.effects[name]) for name in added) else set()
+    of_time = [by_the_clock(bench.effects[name]) for name in added]
+    together = OUTDONE if all(of_time) else SEVERAL_OUTDONE
+    allowed = max(0.0, alone, together * bench.evidence(base, final))  # what the runs speak against leaves as much as nothing added
+    timed = {CLOCK.words} if any(of_time) else set()
     others = {words: one for words, one in _freed(bench, base).items() if words not in own}
     best = max((one.whole if words in timed else one.evidence for words, one in others.items()), default=0.0)
     ahead = best - SIGNIFICANT - allowed
