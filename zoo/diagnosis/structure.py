@@ -42,6 +42,8 @@ OUTDONE, SEVERAL_OUTDONE = 1.05, 0.9
 add up to a function of one quantity."""
 WANDERS = 0.25
 """Share of what a line explains that a phase which wanders may leave around it."""
+BESIDE = 5.0 / 3.0
+"""How many times the evidence of a band or of two levels is asked for beside added effects, whose simplified forms leave what swings and switches."""
 LINE = 10.0
 """Largest ordinate of a white periodogram over the mean, less the logarithm of their number, that chance may give (5 in 100 000; Fisher 1929)."""
 
@@ -191,11 +193,14 @@ class _Test:
 
     def _swings(self) -> float:
         band = swings(self.bench, self.final, self.lines)
-        return self._wave(band.evidence / BAND, band.share)
+        return self._wave(band.evidence / self._asked(BAND), band.share)
 
     def _levels(self) -> float:
         levels = switching(self.bench, self.final)
-        return self._wave(levels.evidence / TWO_LEVELS, levels.share)
+        return self._wave(levels.evidence / self._asked(TWO_LEVELS), levels.share)
+
+    def _asked(self, evidence: float) -> float:
+        return evidence if self.alone else BESIDE * evidence
 
     def _wave(self, strength: float, share: float) -> float:
         return min(strength, share * (1.0 + self.excess) / self.forgiven if self.forgiven > 0 else math.inf)
