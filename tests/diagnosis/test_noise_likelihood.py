@@ -7,7 +7,7 @@ import statistics
 import pytest
 import torch
 
-from zoo.diagnosis.noise_likelihood import NoiseMixtures
+from zoo.diagnosis.noise_likelihood import NoiseMixtures, held_cost
 from zoo.measurements.run import Run
 from zoo.scoring.noise import NoiseModel
 
@@ -72,3 +72,20 @@ def test_what_the_columns_reach_makes_no_difference(unit) -> None:
         assert other.noise == one.noise
         found[restricted] = one.logarithm
     assert abs(found[True] - found[False]) > 1.0
+
+
+def test_rows_that_hold_columns_back_are_a_prior_of_their_amplitudes() -> None:
+    """The χ² is that of the posterior's mode, less what the prior charges for no move; further columns have no rows; loose rows change nothing."""
+    chance = torch.Generator().manual_seed(5)
+    white, (center, weight) = torch.randn(60, 5, generator=chance, dtype=torch.float64), (0.7, 9.0)
+    held = torch.tensor([[0.0, weight**0.5, weight**0.5 * center]], dtype=torch.float64)  # of the second column; two more came later
+    normal = white[:, :-1].mT @ white[:, :-1]
+    normal[1, 1] += weight
+    right = white[:, :-1].mT @ white[:, -1]
+    right[1] += weight * center
+    mode = torch.linalg.solve(normal, right)
+    least = float((white[:, -1] - white[:, :-1] @ mode).square().sum()) + weight * float(mode[1] - center) ** 2 - weight * center**2
+    assert held_cost(white, held) == pytest.approx(least, rel=1e-10)
+    assert held_cost(white, 1e-9 * held) == pytest.approx(held_cost(white), rel=1e-10)
+    without = white[:, [0, 2, 3, 4]]
+    assert held_cost(white, torch.tensor([[0.0, 1e6, 0.0]], dtype=torch.float64)) == pytest.approx(held_cost(without), rel=1e-8)

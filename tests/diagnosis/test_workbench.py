@@ -116,3 +116,12 @@ def test_a_past_is_counted_only_where_runs_begin_away_from_room_temperature(runs
     solved = bench.add(bench.begin(tuple(base)), "hysteresis")
     assert solved.freedom == solved.plain_columns.shape[1] + solved.fit.theta.numel() - 1 + counted
     assert bench.add(bench.begin(tuple(base)), "bias_step").whole == ["bias_step"], "the number of a run is always"
+
+
+@pytest.mark.parametrize("hidden", ["", "rate_temperature_coupling"])
+def test_evidence_knows_no_more_of_the_coil_than_its_prior_allows(diagnosis, hidden) -> None:
+    """A model's likelihood lies between that of its parameters as they are and that of tangents without any bounds."""
+    solved = diagnosis(hidden).search.base
+    plain, error = solved.fit.plain, solved.design.error
+    still, free = (solved.mixtures.most_likely(columns, error, solved.near).logarithm for columns in (solved.plain_columns, plain))
+    assert still - 1e-6 <= solved.likely.logarithm <= free + 1e-6

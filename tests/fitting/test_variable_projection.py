@@ -4,12 +4,14 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
+from dataclasses import replace
 
 import pytest
 import torch
 from torch import Generator, Tensor
 
 from zoo.fitting.prior import Prior
+from zoo.fitting.projection import project
 from zoo.fitting.variable_projection import STEP, Fit, _second_moment, fit
 
 TIME = torch.linspace(0, 10, 600, dtype=torch.float64)
@@ -331,3 +333,34 @@ def test_a_parameter_at_its_bound_that_others_can_stand_for_leaves_finite_error_
     start = torch.tensor([unit(2.0), 0.0], dtype=torch.float64)
     found = fit(redundant, planted(*TRUTH) / SIGMA + white(Generator().manual_seed(3)), start)
     assert bool(torch.isfinite(found.covariance().diagonal()[[0, 2]]).all())
+
+
+def _left(found: Fit, target: Tensor, held: bool) -> float:
+    """χ² that amplitudes and tangents leave, free or held back, less what the prior charges for where θ is."""
+    joined = torch.cat([found.plain, target.unsqueeze(1)], dim=1)
+    joined = torch.cat([joined, found.held]) if held else joined
+    return float(project(joined[:, :-1], joined[:, -1]).cost) - (float(found.held[:, -1].square().sum()) if held else 0.0)
+
+
+def test_tangents_are_held_to_what_the_prior_or_the_bounds_allow() -> None:
+    """At the solution nothing is gained by moving on; what lies many ranges along a tangent is not accounted for, what lies within them is."""
+    target = planted((0.6, 4.0), (2.0, -1.5, 0.5)) + 0.02 * torch.randn(600, generator=Generator().manual_seed(1), dtype=torch.float64)
+    prior = Prior(torch.tensor([0.5, 0.5], dtype=torch.float64), torch.tensor([400.0, 0.0], dtype=torch.float64))
+    scaled, weigh = target / 0.02, lambda columns: columns / 0.02
+    found = fit(decays, scaled, at(0.5, 5.0), iterations=100, tolerance=1e-14, weigh=weigh, prior=prior)
+    assert found.moved > 1.0, "the prior pulls"
+    found = replace(found, plain=weigh(found.plain))
+    assert _left(found, scaled, held=True) == pytest.approx(found.cost, rel=1e-6)
+    for along in range(2):
+        tangent = found.plain[:, 3 + along]
+        near, far = (scaled + ranges * tangent for ranges in (0.02, 5.0))
+        assert _left(found, far, held=False) < 1.01 * found.cost
+        assert _left(found, far, held=True) > found.cost + 5.0**2 * (400.0, 12.0)[along] * 0.5
+        assert _left(found, near, held=True) < found.cost + 0.03**2 * 400.0 + 2 * 0.02 * (found.moved * 400.0) ** 0.5
+
+
+def test_a_parameter_at_rest_on_its_bound_has_no_row() -> None:
+    found = fit(decays, planted((0.6, 100.0), (2.0, -1.5, 0.5)), at(0.5, 20.0), iterations=60)
+    assert float(found.theta[1]) == 1.0
+    assert not bool(found.held[1].any())
+    assert float(found.held[0, 3]) == pytest.approx(12.0**0.5)

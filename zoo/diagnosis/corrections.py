@@ -51,7 +51,8 @@ def has_own_input(bench: Workbench, name: str, others: list[str]) -> bool:
 
 
 def _logarithm(bench: Workbench, solved: Solved, freer: Tensor) -> float:
-    return bench.mixtures.most_likely(torch.cat([solved.fit.plain, freer], dim=1), solved.design.error, solved.likely.place).logarithm
+    columns = torch.cat([solved.fit.plain, freer], dim=1)
+    return bench.mixtures.most_likely(columns, solved.design.error, solved.likely.place, held=solved.fit.held).logarithm
 
 
 def _freer(bench: Workbench, base: Solved, before: Solved) -> Tensor | None:

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import torch
 from torch import Tensor
 
+from zoo.diagnosis.noise_likelihood import held_cost, with_rows
 from zoo.diagnosis.quantities import FLAT, RATE, TEMPERATURE, Quantity, quantities
 from zoo.diagnosis.solved import Freed, Solved
 from zoo.diagnosis.workbench import Workbench
@@ -129,11 +130,12 @@ def weigh(bench: Workbench, solved: Solved, free: Tensor, beside: Tensor | None 
         beside: (N, L) further columns that are there already.
     """
     known = solved.fit.plain if beside is None else torch.cat([solved.fit.plain, beside], dim=1)
-    before = solved.likely if beside is None else bench.mixtures.most_likely(known, solved.design.error, solved.likely.place)
+    held = solved.fit.held
+    before = solved.likely if beside is None else bench.mixtures.most_likely(known, solved.design.error, solved.likely.place, held=held)
     columns = torch.cat([known, free], dim=1)
-    after = bench.mixtures.at(before.place, columns, solved.design.error)
+    after = bench.mixtures.at(before.place, columns, solved.design.error, held)
     if after.logarithm - before.logarithm > 0.5 * (free.shape[1] + BY_CHANCE * math.sqrt(2.0 * free.shape[1])):
-        after = bench.mixtures.most_likely(columns, solved.design.error, before.place)
+        after = bench.mixtures.most_likely(columns, solved.design.error, before.place, held=held)
     left = float(project(columns, solved.design.error).cost) / float(project(known, solved.design.error).cost)
     return 1.0 - left, after.logarithm - before.logarithm - 0.5 * free.shape[1] * math.log(bench.effective_samples)
 
@@ -148,13 +150,14 @@ def anywhere(bench: Workbench, solved: Solved) -> dict[str, Freed]:
         solved: the model without it, fitted.
     """
     _, whitener = bench.mixtures.whitener(solved.likely.place)
-    target = whitener(solved.design.error.unsqueeze(1)).squeeze(1)
+    target = whitener(solved.design.error.unsqueeze(1))
 
     def at(theta: Tensor | None) -> tuple[Fit, dict[str, tuple[float, Tensor]]]:
         there = solved if theta is None else bench.moved(solved, theta)
-        moved, found = there.fit.moved, {}
+        moved, held, found = there.fit.moved, there.fit.held, {}
         for words, free in free_functions(bench, there).items():
-            found[words] = float(project(whitener(torch.cat([there.fit.plain, free], dim=1)), target).cost) + moved, free
+            white = torch.cat([whitener(torch.cat([there.fit.plain, free], dim=1)), target], dim=1)
+            found[words] = held_cost(white, held) + moved, free
         return there.fit, found
 
     def best(words: str) -> Freed:
@@ -184,9 +187,10 @@ def worth(bench: Workbench, solved: Solved, free: Tensor, there: Fit | None = No
     coil = there or solved.fit
     columns = torch.cat([coil.plain, free], dim=1)
     price, own, further = math.log(bench.effective_samples), coil.plain.shape[1], 0.5 * (coil.moved - solved.fit.moved)
-    likely = bench.mixtures.most_likely(columns, solved.design.error, solved.likely.place)
+    likely = bench.mixtures.most_likely(columns, solved.design.error, solved.likely.place, held=coil.held)
     white = bench.mixtures.whitener(likely.place)[1](torch.cat([columns, solved.design.error.unsqueeze(1)], dim=1))
     white = white * (bench.mixtures.white / likely.noise.white)
+    white = torch.cat([white, with_rows(coil.held, white)])
     costs = [float(project(white[:, :count], white[:, -1]).cost) for count in range(own + 1, white.shape[1])]
     gains = [likely.logarithm - solved.likely.logarithm - further - 0.5 * (cost - costs[-1]) for cost in costs]
     whole = gains[-1] - 0.5 * len(gains) * price

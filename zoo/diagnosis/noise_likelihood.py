@@ -73,7 +73,7 @@ class NoiseMixtures:
         """Whether a mixture walks as few gyros do, so that something else may be taken for a walk."""
         return noise.walk >= 0.99 * MUCH_WALK * noise.white
 
-    def most_likely(self, columns: Tensor, target: Tensor, start: Place = START, restricted: bool = False) -> Likely:
+    def most_likely(self, columns: Tensor, target: Tensor, start: Place = START, restricted: bool = False, held: Tensor | None = None) -> Likely:
         """Climb to the likeliest mixture, the amplitudes fitted under each.
 
         A slow column takes some of the slow noise away, so that the likelihood of what is left finds less of it than there is. The restricted
@@ -85,9 +85,10 @@ class NoiseMixtures:
             target: (N,) block means of what they are fitted to [unit].
             start: where to climb from; by default the typical mixture.
             restricted: whether the likelihood is.
+            held: (P, L+1) rows of the first L columns and the target that hold tangents back, see `zoo.fitting.variable_projection.Fit.held`.
         """
         joined = torch.cat([columns, target.unsqueeze(1)], dim=1)
-        at = cache(lambda place: self._joined(place, joined, restricted))
+        at = cache(lambda place: self._joined(place, joined, restricted, held))
         place = start
         while True:
             best = max(_neighbours(place), key=lambda near: at(near).logarithm)
@@ -98,20 +99,38 @@ class NoiseMixtures:
             while ahead in _neighbours(place) and at(ahead).logarithm > at(place).logarithm:
                 place, ahead = ahead, (ahead[0] + step[0], ahead[1] + step[1])
 
-    def at(self, place: Place, columns: Tensor, target: Tensor) -> Likely:
+    def at(self, place: Place, columns: Tensor, target: Tensor, held: Tensor | None = None) -> Likely:
         """One mixture, see `most_likely`."""
-        return self._joined(place, torch.cat([columns, target.unsqueeze(1)], dim=1))
+        return self._joined(place, torch.cat([columns, target.unsqueeze(1)], dim=1), held=held)
 
-    def _joined(self, place: Place, joined: Tensor, restricted: bool = False) -> Likely:
+    def _joined(self, place: Place, joined: Tensor, restricted: bool = False, held: Tensor | None = None) -> Likely:
         noise, whitener = self.whitener(place)
         white = whitener(joined)
-        cost = float(project(white[:, :-1], white[:, -1]).cost)
+        cost = held_cost(white, held)
         walk = WALK_SHARES[place[1]] or TYPICAL_WALK
         prior = _log_prior(FLICKER_SHARES[place[0]], TYPICAL_FLICKER) + _log_prior(walk, TYPICAL_WALK)
         absorbed, reached = log_volume(white[:, :-1] * self.white, joined[:, :-1]) if restricted else (0.0, 0)
         factor, logarithm = _best_level(cost, len(joined) - reached)
         scaled = replace(noise, white=noise.white * factor, flicker=noise.flicker * factor, walk=noise.walk * factor)
         return Likely(logarithm - 0.5 * (whitener.log_determinant + absorbed) + prior, scaled, cost / factor**2, place)
+
+
+def held_cost(white: Tensor, held: Tensor | None = None) -> float:
+    """χ² that columns leave of the last of them, all whitened, with what moving along tangents costs beyond what where they start from does.
+
+    Args:
+        white: (N, K+1).
+        held: (P, L+1) rows of the first L columns and of the last, see `zoo.fitting.variable_projection.Fit.held`.
+    """
+    if held is None:
+        return float(project(white[:, :-1], white[:, -1]).cost)
+    joined = torch.cat([white, with_rows(held, white)])
+    return float(project(joined[:, :-1], joined[:, -1]).cost - held[:, -1].square().sum())
+
+
+def with_rows(held: Tensor, white: Tensor) -> Tensor:
+    """(P, K+1) rows that hold tangents back, as wide as the columns (N, K+1) that they go below."""
+    return torch.cat([held[:, :-1], held.new_zeros(len(held), white.shape[1] - held.shape[1]), held[:, -1:]], dim=1).to(white)
 
 
 def _neighbours(place: Place) -> list[Place]:

@@ -10,7 +10,7 @@ import torch
 from torch import Tensor
 
 from zoo.diagnosis.elsewhere import Elsewhere
-from zoo.diagnosis.noise_likelihood import START, Likely, NoiseMixtures, Place
+from zoo.diagnosis.noise_likelihood import START, Likely, NoiseMixtures, Place, with_rows
 from zoo.diagnosis.trimming import trimmed
 from zoo.fitting.design import Design
 from zoo.fitting.projection import orthonormal
@@ -64,7 +64,7 @@ class Solved:
     @cached_property
     def likely(self) -> Likely:
         """The noise mixture under which the residual is most likely."""
-        return self.mixtures.most_likely(self.fit.plain, self.design.error, self.near)
+        return self.mixtures.most_likely(self.fit.plain, self.design.error, self.near, held=self.fit.held)
 
     @cached_property
     def slow_noise(self) -> Likely:
@@ -94,6 +94,7 @@ class Solved:
             return 0.0, self.freedom, 0.0
         white = self.mixtures.whitener(self.likely.place)[1](torch.cat([self.fit.plain, self.design.error.unsqueeze(1)], dim=1))
         white = white * (self.mixtures.white / self.likely.noise.white)
+        white = torch.cat([white, with_rows(self.fit.held, white)])
         found = trimmed(white[:, :-1], white[:, -1], self.fit.moves, list(effects.values()), price)
         return found.gain, found.freedom + sum(owner not in several for owner in self.whole), found.choices
 

@@ -27,6 +27,8 @@ RANK = 1e-12
 WEAKEST = 3.0
 """How far in standard deviations of the noise the whole range of a parameter must move a model to count as a freedom. To first order it has no
 bounds: by many times its range, a weaker one would account for anything that goes with it."""
+WITHIN = 12.0
+"""One over the variance of a parameter that may be anywhere between its bounds, 0…1."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -68,6 +70,19 @@ class Fit:
     def total(self) -> float:
         """What was made least."""
         return self.cost + self.moved
+
+    @property
+    def held(self) -> Tensor:
+        """(P, K+P+1) rows below (plain, target), whitened, for how far a parameter goes along its tangent: as its prior allows, or its bounds.
+
+        To first order it has none, and by many times its range would account for what goes with it. The last column's squares are no misfit but what
+        the prior charges already for where θ is, see `moved`; a parameter without tangent has no row.
+        """
+        known, amplitudes = self.prior.weight.to(self.theta), len(self.amplitudes)
+        free = self.plain[:, amplitudes:].any(dim=0)
+        weight = torch.where(free, torch.where(known > 0, known, WITHIN), 0.0).sqrt()
+        aim = torch.where(known > 0, weight * (self.prior.center.to(self.theta) - self.theta), 0.0)
+        return torch.cat([self.theta.new_zeros(len(self.theta), amplitudes), weight.diag(), aim.unsqueeze(1)], dim=1)
 
     @property
     def jacobian(self) -> Tensor:
