@@ -19,7 +19,7 @@ from zoo.scoring.noise import white_level
 HELPS = 0.3
 """Share of the variance that an addition must take away to be named where the rest stays unexplained (16 % in RMS)."""
 MOST_ADDED = 3
-PASSES, PAIRED = 3, 2
+PASSES, PAIRED = 3, 3
 WITHIN = 15.0
 """How much less evidence than an effect that was added another may have at a glance to be refitted in its place."""
 IN_SIGHT = 2.5
@@ -117,7 +117,7 @@ def _single(bench: Workbench, found: Search) -> bool:
     """Take another effect of the first round than the one that was chosen, if it leaves noise; whether one did."""
     first = found.steps[0]
     for single in _singles(found):
-        if single.solved is None or single.evidence < first.needed:
+        if single.solved is None or not single.refitted or single.evidence < first.needed:
             continue
         alone = _finished(bench, found.base, single.solved)
         if leaves_noise(bench, alone, found.base):
@@ -133,6 +133,8 @@ def _pair(bench: Workbench, found: Search, candidates: list[str], progress: Call
     The likeliest of the first round are each tried with a second one beside them; two are taken if they leave noise.
     """
     for single in _singles(found):
+        if not single.refitted:
+            refit(bench, found.base, [single], progress)
         assert single.solved is not None
         others = [name for name in candidates if name not in single.solved.names]
         if not others:
@@ -151,14 +153,14 @@ def _pair(bench: Workbench, found: Search, candidates: list[str], progress: Call
 
 
 def _singles(found: Search) -> list[Trial]:
-    """Effects of the first round to try another one beside, which was not done yet: the likeliest, and the one that leaves least.
+    """Effects of the first round to try another one beside, which was not done yet: the likeliest, and the one that leaves least; refitted ones first.
 
     The latter may be none that is likely: a walk makes noise of two as well as of what one of them leaves.
     """
     tried = {step.before.names for step in found.steps}
-    refitted = [trial for trial in found.steps[0].trials if trial.refitted and trial.solved is not None]
-    least = min(refitted, key=lambda trial: trial.solved.rms if trial.solved else math.inf, default=None)
-    hopeful = [trial for trial in refitted if trial is least or trial.evidence > -ACCEPT]
+    looked_at = [trial for trial in found.steps[0].trials if trial.solved is not None]
+    least = min(looked_at, key=lambda trial: trial.solved.rms if trial.refitted and trial.solved else math.inf, default=None)
+    hopeful = [trial for trial in looked_at if trial is least or trial.evidence > (-ACCEPT if trial.refitted else 0.0)]
     return [trial for trial in hopeful if trial.solved is not None and trial.solved.names not in tried][:PAIRED]
 
 
