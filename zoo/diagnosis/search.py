@@ -153,7 +153,7 @@ def _pair(bench: Workbench, found: Search, candidates: list[str], progress: Call
 
 
 def _singles(found: Search) -> list[Trial]:
-    """Effects of the first round to try another one beside, which was not done yet: the likeliest, and the one that leaves least; refitted ones first.
+    """Effects of the first round to try another one beside, which was not done yet: the likeliest, and the one that leaves least; refitted first.
 
     The latter may be none that is likely: a walk makes noise of two as well as of what one of them leaves.
     """
