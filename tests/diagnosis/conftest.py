@@ -34,8 +34,8 @@ PROGRAM = campaign(
 
 @lru_cache(maxsize=32)
 def simulated(hidden: str = "", seed: int = 1, noises: float = 3.5, runs: int = 2, **settings: Any) -> Simulation:
-    """A gyro with the three effects that every gyro has, and perhaps one more of an RMS of `noises` times the white noise of a block."""
-    more = {"hidden": [hidden], "amplitude": noises * WHITE_DPH} if hidden else {}
+    """A gyro with the three effects that every gyro has, and perhaps more, `a+b`, each of an RMS of `noises` times the white noise of a block."""
+    more = {"hidden": hidden.split("+"), "amplitude": noises * WHITE_DPH} if hidden else {}
     present = {name: CATALOGUE[name] for name in BASE}
     return simulate(QUIET, PROGRAM, present, catalogue=CATALOGUE, runs=runs, seed=seed, sample_s=20.0, **more, **settings)
 

@@ -61,6 +61,18 @@ def test_two_large_effects_are_both_named_although_what_follows_their_sum_predic
     assert found.search.steps[0].chosen == found.search.path[0].names[-1] or found.search.steps[0].chosen == "bias_step"
 
 
+@pytest.mark.parametrize(
+    ("hidden", "seed"),
+    [("bias_step+moisture", 3003), ("viscoelastic+moisture", 3008), ("aging+rate_temperature_coupling", 3018), ("warm_up+aging", 3019)],
+)
+def test_two_effects_of_forty_times_the_noise_are_found_where_they_are(runs, catalogue, base, hidden, seed) -> None:
+    """Not where each alone goes to follow the other as well: far off, at a bound, held in place by a third that corrects both."""
+    found = diagnose(runs(hidden, seed, 40.0, runs=1), base, catalogue)
+    assert found.verdict == "missing"
+    assert "+".join(sorted(found.search.missing)) == "+".join(sorted(hidden.split("+")))
+    assert found.search.final.rms < 1.3 * found.bench.mixtures.white < found.search.base.rms / 20
+
+
 def test_what_leaves_least_is_tried_with_a_second_effect_although_it_is_unlikely_alone(diagnosis) -> None:
     """A walk makes noise of two effects as well as of what one of them leaves, so that alone neither is called for."""
     found = diagnosis("bias_step")

@@ -26,6 +26,8 @@ IN_SIGHT = 2.5
 """RMS over the white noise from which refits of two effects may yet lead to noise."""
 PREFERRED = 1.0
 """Log Bayes factor by which another effect must be likelier to take the place of one that was added."""
+ALIKE = 1.0
+"""χ² between two fits of the same effects that are one."""
 QUIETER = 0.75
 """Ratio of white noise left to white noise assumed, below which the search is repeated."""
 RECONSIDER, SLOW = 2.0, 0.2
@@ -93,9 +95,14 @@ def search(bench: Workbench, base: Solved, candidates: list[str], progress: Call
 
 
 def _drop(bench: Workbench, found: Search) -> None:
-    """Leave out what beside all the others, as they are in the end, is not called for; what makes noise of the rest is."""
+    """Leave out what beside all the others, as they are in the end, is not called for; what makes noise of the rest is.
+
+    Of three, each pair is looked for once more: with the third beside them they may be where it has put them.
+    """
     for name in found.missing if len(found.missing) > 1 else []:
         less = bench.without(found.final, name)
+        if len(found.missing) > 2:
+            less = _looked_again(bench, less, [other for other in found.missing if other != name])
         little = bench.evidence(less, found.final) < ACCEPT
         if little and not (leaves_noise(bench, found.final, found.base) and not leaves_noise(bench, less, found.base)):
             found.keep(less)
@@ -185,9 +192,8 @@ def _by_evidence(bench: Workbench, found: Search, candidates: list[str], progres
     """
     other = Search(found.base, found.base)
     while not other.path or not leaves_noise(bench, other.final, found.base):
-        beside = set(other.final.names)
-        known = next((step for step in found.steps if set(step.before.names) == beside), None)
-        others = [name for name in candidates if name not in beside]
+        known = next((step for step in found.steps if _same(step.before, other.final)), None)
+        others = [name for name in candidates if name not in other.final.names]
         step = replace(known, chosen=None) if known else round_of(bench, other.final, others, ACCEPT, progress)
         other.steps.append(step)
         best = max((trial for trial in step.trials if trial.refitted), key=lambda trial: trial.evidence, default=None)
@@ -196,13 +202,29 @@ def _by_evidence(bench: Workbench, found: Search, candidates: list[str], progres
         step.chosen = best.screened.name
         here = [one for one in found.path if one.names == best.solved.names]
         other.keep(here[-1] if here else pruned(bench, _finished(bench, found.base, best.solved), found.base))
+        if len(other.missing) > 1 and not leaves_noise(bench, other.final, found.base):
+            other.keep(_looked_again(bench, other.final, other.missing[:-1]))
     if len(other.missing) > MOST_ADDED:
         return False
     found.steps[:] = [other.steps[0], *found.steps[1:], *other.steps[1:]]
     found.path.extend(other.path)
     found.final = other.final
     _exchange(bench, found, candidates, progress)
+    _forward(bench, found, candidates, progress)
     return True
+
+
+def _same(one: Solved, other: Solved) -> bool:
+    """Whether two models have the same effects, fitted about as far."""
+    return set(one.names) == set(other.names) and abs(one.fit.total - other.fit.total) < ALIKE
+
+
+def _looked_again(bench: Workbench, solved: Solved, names: list[str]) -> Solved:
+    """A model with some of its effects searched for anew, each beside all the others, which alone it may have gone far to follow as well."""
+    for name in names:
+        again = bench.add(bench.without(solved, name), name)
+        solved = again if again.fit.total < solved.fit.total else bench.taken(solved.names, solved.fit, solved.likely.place)
+    return solved
 
 
 def _exchange(bench: Workbench, found: Search, candidates: list[str], progress: Callable[[str], None]) -> bool:
