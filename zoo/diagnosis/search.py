@@ -190,8 +190,11 @@ def _by_evidence(bench: Workbench, found: Search, candidates: list[str], progres
     What predicts other pieces of the runs best may be flexible enough to follow the sum of two, and what happens once predicts none of them. On the
     way there may be one more than are named in the end: those that stood for others are dropped when these are there.
     """
-    other = Search(found.base, found.base)
+    other, seen = Search(found.base, found.base), set[frozenset[str]]()
     while not other.path or not leaves_noise(bench, other.final, found.base):
+        if frozenset(other.final.names) in seen:
+            return False
+        seen.add(frozenset(other.final.names))
         known = next((step for step in found.steps if _same(step.before, other.final)), None)
         others = [name for name in candidates if name not in other.final.names]
         step = replace(known, chosen=None) if known else round_of(bench, other.final, others, ACCEPT, progress)
