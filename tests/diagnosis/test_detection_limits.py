@@ -136,3 +136,11 @@ def test_looking_changes_odds_by_what_the_residual_has_of_an_effect(diagnosis) -
     after = detection_limits(bench, planted, [PLANTED], FIRST)[PLANTED]
     assert after.odds > 2 * before[PLANTED].odds
     assert after.hidden == pytest.approx(before[PLANTED].hidden, abs=1e-6), "limits are of the columns and the noise alone"
+
+
+def test_a_score_beyond_any_threshold_is_a_finite_odds() -> None:
+    """Of something that no effect explains, all may have much, and none was named."""
+    sizes = torch.logspace(-1, 3, 33, dtype=torch.float64)
+    odds = _odds(sizes, torch.tensor([4.5, 1e3, 1e6], dtype=torch.float64), 4.5)
+    assert bool(odds.isfinite().all())
+    assert torch.equal(odds[0].expand(3), odds)

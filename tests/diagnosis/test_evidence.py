@@ -17,7 +17,7 @@ from zoo.diagnosis.acceptance import ACCEPT
 from zoo.diagnosis.alike import indistinguishable
 from zoo.diagnosis.cross_validation import rms_by_run, segment_cost
 from zoo.diagnosis.diagnose import open_bench
-from zoo.diagnosis.posterior import ANOTHER, SOMETHING, TEMPER, believed, hypotheses, posterior, unknown
+from zoo.diagnosis.posterior import ANOTHER, SOMETHING, TEMPER, believed, hypotheses, posterior, too_small, unknown
 from zoo.diagnosis.screening import Screened, screen
 from zoo.diagnosis.search import Search, what_helps
 from zoo.diagnosis.solved import Solved
@@ -70,6 +70,13 @@ def test_hypotheses_sum_to_one_with_the_unknown_and_the_verdict_is_the_first(dia
     assert listed[0].effects == ((hidden,) if hidden else ())
     assert listed[0].probability > 0.8
     assert not any(one.probability for one in listed if one.faint), "what would be seen is not there"
+
+
+def test_what_speaks_for_another_beside_a_simplified_form_is_tempered() -> None:
+    known = [(0.5, 0.2), (0.5, 50.0), (0.0, 0.0)]
+    assert too_small(known, alone=True) == pytest.approx(50.2 / 3)
+    assert too_small(known, alone=False) == pytest.approx((0.2 + 0.5 * 100**TEMPER) / 3)
+    assert too_small([], alone=True) == 0
 
 
 @pytest.mark.parametrize(("hidden", "odds"), [("", SOMETHING), ("bias_step", ANOTHER)])
@@ -199,8 +206,8 @@ def test_the_onset_of_a_step_is_screened_to_a_sample(diagnosis, onset_h) -> None
 def test_all_that_is_said_of_a_candidate_is_from_one_round(diagnosis, hidden) -> None:
     """Its numbers; the parameters of an effect that is added are those of the model that has it. Its probability is that of all sets that have it."""
     found = diagnosis(hidden)
-    limits = found.record["detection_limits"].values()
-    weighed = hypotheses(found.search, found.structure, sum(limit["odds"] for limit in limits) / len(limits))
+    limits = [(limit["hidden"], limit["odds"]) for limit in found.record["detection_limits"].values()]
+    weighed = hypotheses(found.search, found.structure, too_small(limits, alone=False))
     said = {one["effect"]: one for one in found.record["candidates"]}
     first = found.search.steps[0]
     assert first.chosen == hidden

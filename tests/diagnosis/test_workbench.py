@@ -118,10 +118,11 @@ def test_a_past_is_counted_only_where_runs_begin_away_from_room_temperature(runs
     assert bench.add(bench.begin(tuple(base)), "bias_step").whole == ["bias_step"], "the number of a run is always"
 
 
-@pytest.mark.parametrize("hidden", ["", "rate_temperature_coupling"])
+@pytest.mark.parametrize("hidden", ["", "rate_temperature_coupling", "polarization", "viscoelastic"])
 def test_evidence_knows_no_more_of_the_coil_than_its_prior_allows(diagnosis, hidden) -> None:
-    """A model's likelihood lies between that of its parameters as they are and that of tangents without any bounds."""
+    """A model's likelihood lies between that of its parameters as they are and that of tangents without any bounds, which is higher."""
     solved = diagnosis(hidden).search.base
     plain, error = solved.fit.plain, solved.design.error
     still, free = (solved.mixtures.most_likely(columns, error, solved.near).logarithm for columns in (solved.plain_columns, plain))
-    assert still - 1e-6 <= solved.likely.logarithm <= free + 1e-6
+    known = solved.likely.logarithm - 0.5 * solved.fit.moved
+    assert still - 0.5 * solved.fit.moved - 1e-6 <= known < free - 0.1

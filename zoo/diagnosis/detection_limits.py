@@ -65,7 +65,8 @@ def detection_limits(bench: Workbench, final: Solved, names: list[str], accept: 
     beside = Beside.under(final.design, final.fit.theta, final.fit.plain, whitener, bench.span_s)
     per_sigma = final.mixtures.white / noise.white
     ten = bench.mixtures.white * math.sqrt(bench.runs[0].average_s / REFERENCE_S)
-    found, amplitudes = {}, ten * torch.logspace(math.log10(SMALLEST), math.log10(LARGEST), SIZES, dtype=beside.residual.dtype)
+    amplitudes = ten * torch.logspace(math.log10(SMALLEST), math.log10(LARGEST), SIZES).to(beside.residual)
+    found = {}
     for name in names:
         shapes = bench.shapes(name)
         shapes = shapes[torch.linspace(0, len(shapes) - 1, min(len(shapes), SHAPES)).round().long()]
@@ -82,14 +83,15 @@ def detection_limits(bench: Workbench, final: Solved, names: list[str], accept: 
 def _odds(z: Tensor, score: Tensor, seen: float) -> Tensor:
     """(M,) mean likelihood ratio to none over sizes too small to be seen, of either sign, with 0 for those that would be.
 
-    A signal of z standard deviations has the ratio exp(−z²/2) cosh(z·score) (Kay 1998, 4.3).
+    A signal of z standard deviations has the ratio exp(−z²/2) cosh(z·score) (Kay 1998, 4.3). A score beyond what is seen was refused for another
+    reason, and counts as that much.
 
     Args:
         z: (M, A) sizes in standard deviations, of A sizes equally likely.
         score: (M,) what the residual has of each, in the same.
         seen: the size that would be seen.
     """
-    exponent = z * score.abs().unsqueeze(-1)
+    exponent = z.clamp_max(seen) * score.abs().clamp_max(seen).unsqueeze(-1)
     ratio = 0.5 * ((exponent - 0.5 * z.square()).exp() + (-exponent - 0.5 * z.square()).exp())
     return torch.where(z < seen, ratio, 0.0).mean(dim=-1)
 

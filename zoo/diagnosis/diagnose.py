@@ -17,7 +17,7 @@ from zoo.diagnosis.experiment.propose import propose
 from zoo.diagnosis.experiment.rivals import rivals_of
 from zoo.diagnosis.noise_likelihood import NoiseMixtures
 from zoo.diagnosis.parameters import fitted_parameters
-from zoo.diagnosis.posterior import Hypothesis, hypotheses, posterior, unknown
+from zoo.diagnosis.posterior import Hypothesis, hypotheses, posterior, too_small, unknown
 from zoo.diagnosis.preparation import check_swing, without_spikes
 from zoo.diagnosis.regions import regions, runs_rms
 from zoo.diagnosis.search import Search, settle, what_helps
@@ -132,7 +132,7 @@ def diagnose(runs: list[Run], effects: list[str], catalogue: dict[str, Effect], 
     floor = bench.noise_floor(found.final) if structure.is_noise else bench.mixtures.white
     others = [name for name in candidates if name not in found.final.names]
     limits = detection_limits(bench, found.final, others, accepted(base, found.final))
-    weighed = hypotheses(found, structure, sum(limit.odds for limit in limits.values()) / max(len(limits), 1))
+    weighed = hypotheses(found, structure, too_small([(limit.hidden, limit.odds) for limit in limits.values()], alone=not found.missing))
     shown, floors = found.as_it_stands, floors_of(bench.runs, floor)
     record = {
         "schema_version": SCHEMA_VERSION,
@@ -253,10 +253,12 @@ def _alike(bench: Workbench, step: Step, own: Trial, solved: Solved, compare_wit
 
 
 def _round_for(found: Search, name: str) -> Step:
-    """The round that added an effect; for another the round, of those that added something lasting, in which it was the likeliest alternative."""
+    """The round that added an effect, beside all the others if there is one; for another the round, of those beside nothing but what lasted, in which
+    it was the likeliest alternative to something lasting."""
     tried = [step for step in found.steps if name in posterior(step)]
-    own = [step for step in tried if step.chosen == name]
+    own = [step for step in tried if {*step.before.names, name} == set(found.final.names)] or [step for step in tried if step.chosen == name]
     if name in found.missing and own:
         return own[-1]
+    tried = [step for step in tried if set(step.before.names) <= set(found.final.names)] or tried
     lasting = [step for step in tried if step.chosen in found.missing] or tried[:1]
     return max(lasting, key=lambda step: posterior(step)[name])

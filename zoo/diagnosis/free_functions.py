@@ -136,8 +136,9 @@ def weigh(bench: Workbench, solved: Solved, free: Tensor, beside: Tensor | None 
     after = bench.mixtures.at(before.place, columns, solved.design.error, held)
     if after.logarithm - before.logarithm > 0.5 * (free.shape[1] + BY_CHANCE * math.sqrt(2.0 * free.shape[1])):
         after = bench.mixtures.most_likely(columns, solved.design.error, before.place, held=held)
-    left = float(project(columns, solved.design.error).cost) / float(project(known, solved.design.error).cost)
-    return 1.0 - left, after.logarithm - before.logarithm - 0.5 * free.shape[1] * math.log(bench.effective_samples)
+    target = solved.design.error.unsqueeze(1)
+    left, whole = (held_cost(torch.cat([part, target], dim=1) / bench.mixtures.white, held) for part in (columns, known))
+    return 1.0 - left / whole, after.logarithm - before.logarithm - 0.5 * free.shape[1] * math.log(bench.effective_samples)
 
 
 def anywhere(bench: Workbench, solved: Solved) -> dict[str, Freed]:
@@ -189,8 +190,7 @@ def worth(bench: Workbench, solved: Solved, free: Tensor, there: Fit | None = No
     price, own, further = math.log(bench.effective_samples), coil.plain.shape[1], 0.5 * (coil.moved - solved.fit.moved)
     likely = bench.mixtures.most_likely(columns, solved.design.error, solved.likely.place, held=coil.held)
     white = bench.mixtures.whitener(likely.place)[1](torch.cat([columns, solved.design.error.unsqueeze(1)], dim=1))
-    white = white * (bench.mixtures.white / likely.noise.white)
-    white = torch.cat([white, with_rows(coil.held, white)])
+    white = torch.cat([white, with_rows(coil.held, white)]) * (bench.mixtures.white / likely.noise.white)
     costs = [float(project(white[:, :count], white[:, -1]).cost) for count in range(own + 1, white.shape[1])]
     gains = [likely.logarithm - solved.likely.logarithm - further - 0.5 * (cost - costs[-1]) for cost in costs]
     whole = gains[-1] - 0.5 * len(gains) * price

@@ -37,7 +37,7 @@ class Likely:
     Attributes:
         logarithm: log likelihood, prior of the noise included.
         noise: the mixture.
-        cost: χ² of the residual under it, the level's factor taken out.
+        cost: χ² of the residual under it, the level's factor taken out, with what moving along held tangents costs.
         place: on the grid of mixtures.
     """
 

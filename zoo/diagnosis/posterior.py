@@ -63,6 +63,19 @@ def unknown(structure: Structure) -> float:
     return 1.0 / (1.0 + math.exp(-STEEPNESS * math.log(max(structure.strain, 1e-6))))
 
 
+def too_small(known: list[tuple[float, float]], alone: bool) -> float:
+    """Mean odds of an effect that is too small to be named.
+
+    Beside those that were named, what speaks for another is believed no more than beyond a threshold: their simplified forms leave it as well.
+
+    Args:
+        known: of each effect the probability that it is too small, and its odds after looking, see `zoo.diagnosis.detection_limits`.
+        alone: whether nothing was named.
+    """
+    each = [odds if alone or odds <= hidden else hidden * (odds / hidden) ** TEMPER for hidden, odds in known]
+    return sum(each) / max(len(each), 1)
+
+
 def hypotheses(found: Search, structure: Structure, odds: float) -> list[Hypothesis]:
     """The effects that were found and what differs from them in one, likeliest first; what their probabilities lack to 1 is the unknown's.
 

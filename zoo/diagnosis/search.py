@@ -91,6 +91,11 @@ def search(bench: Workbench, base: Solved, candidates: list[str], progress: Call
             _pair(bench, found, candidates, progress)
     _drop(bench, found)
     _agree(bench, found)
+    # what was asked beside a worse fit of the final model is no answer
+    asked = [step for step in found.steps if set(step.before.names) == set(found.final.names)]
+    if asked and not _same(asked[-1].before, found.final):
+        _exchange(bench, found, candidates, progress)
+        found.steps.append(_round_beside(bench, found.final, found, candidates, progress))
     return found
 
 
@@ -166,15 +171,18 @@ def _singles(found: Search) -> list[Trial]:
     """
     tried = {step.before.names for step in found.steps}
     looked_at = [trial for trial in found.steps[0].trials if trial.solved is not None]
-    least = min(looked_at, key=lambda trial: trial.solved.rms if trial.refitted and trial.solved else math.inf, default=None)
-    hopeful = [trial for trial in looked_at if trial is least or trial.evidence > (-ACCEPT if trial.refitted else 0.0)]
-    return [trial for trial in hopeful if trial.solved is not None and trial.solved.names not in tried][:PAIRED]
+    refitted = [trial for trial in looked_at if trial.refitted]
+    least = min(refitted, key=lambda trial: trial.solved.rms if trial.solved else math.inf, default=None)
+    likely = [trial for trial in looked_at if trial.evidence > (-ACCEPT if trial.refitted else 0.0) or trial is least]
+    left = [trial for trial in likely if trial.solved is not None and trial.solved.names not in tried]
+    others = [trial for trial in left if trial is not least]
+    chosen = others[: PAIRED - 1 if len(others) < len(left) else PAIRED]
+    return [trial for trial in left if trial is least or any(trial is one for one in chosen)]
 
 
 def _forward(bench: Workbench, found: Search, candidates: list[str], progress: Callable[[str], None]) -> None:
     while True:
-        others = [name for name in candidates if name not in found.final.names]
-        step = round_of(bench, found.final, others, accepted(found.base, found.final), progress)
+        step = _round_beside(bench, found.final, found, candidates, progress)
         found.steps.append(step)
         best = best_of(bench, [trial for trial in step.trials if convinces(bench, found.base, step, trial)])
         if best is None or len(found.missing) >= MOST_ADDED:
@@ -182,6 +190,11 @@ def _forward(bench: Workbench, found: Search, candidates: list[str], progress: C
         assert best.solved is not None
         step.chosen = best.screened.name
         found.keep(pruned(bench, _finished(bench, found.base, best.solved), found.base))
+
+
+def _round_beside(bench: Workbench, now: Solved, found: Search, candidates: list[str], progress: Callable[[str], None]) -> Step:
+    """What else a model may lack."""
+    return round_of(bench, now, [name for name in candidates if name not in now.names], accepted(found.base, now), progress)
 
 
 def _by_evidence(bench: Workbench, found: Search, candidates: list[str], progress: Callable[[str], None]) -> bool:
@@ -192,15 +205,14 @@ def _by_evidence(bench: Workbench, found: Search, candidates: list[str], progres
     """
     other, seen = Search(found.base, found.base), set[frozenset[str]]()
     while not other.path or not leaves_noise(bench, other.final, found.base):
-        if frozenset(other.final.names) in seen:
+        if frozenset(other.final.names) in seen or len(other.missing) > MOST_ADDED:
             return False
         seen.add(frozenset(other.final.names))
         known = next((step for step in found.steps if _same(step.before, other.final)), None)
-        others = [name for name in candidates if name not in other.final.names]
-        step = replace(known, chosen=None) if known else round_of(bench, other.final, others, ACCEPT, progress)
+        step = replace(known, chosen=None) if known else _round_beside(bench, other.final, found, candidates, progress)
         other.steps.append(step)
         best = max((trial for trial in step.trials if trial.refitted), key=lambda trial: trial.evidence, default=None)
-        if best is None or best.solved is None or best.evidence < OVERWHELMING or len(other.missing) > MOST_ADDED:
+        if best is None or best.solved is None or best.evidence < OVERWHELMING:
             return False
         step.chosen = best.screened.name
         here = [one for one in found.path if one.names == best.solved.names]
@@ -209,9 +221,7 @@ def _by_evidence(bench: Workbench, found: Search, candidates: list[str], progres
             other.keep(_looked_again(bench, other.final, other.missing[:-1]))
     if len(other.missing) > MOST_ADDED:
         return False
-    found.steps[:] = [other.steps[0], *found.steps[1:], *other.steps[1:]]
-    found.path.extend(other.path)
-    found.final = other.final
+    found.final, found.path[:], found.steps[:] = other.final, other.path, other.steps
     _exchange(bench, found, candidates, progress)
     _forward(bench, found, candidates, progress)
     return True

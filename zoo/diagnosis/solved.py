@@ -93,8 +93,7 @@ class Solved:
         if not several:
             return 0.0, self.freedom, 0.0
         white = self.mixtures.whitener(self.likely.place)[1](torch.cat([self.fit.plain, self.design.error.unsqueeze(1)], dim=1))
-        white = white * (self.mixtures.white / self.likely.noise.white)
-        white = torch.cat([white, with_rows(self.fit.held, white)])
+        white = torch.cat([white, with_rows(self.fit.held, white)]) * (self.mixtures.white / self.likely.noise.white)
         found = trimmed(white[:, :-1], white[:, -1], self.fit.moves, list(effects.values()), price)
         return found.gain, found.freedom + sum(owner not in several for owner in self.whole), found.choices
 

@@ -14,8 +14,8 @@ from zoo.diagnosis.free_functions import anywhere, functions_of, weigh
 from zoo.diagnosis.moments import kurtosis, prominence, rarity
 from zoo.diagnosis.quantities import CLOCK, by_the_clock, inputs_of
 from zoo.diagnosis.solved import Freed, Solved
-from zoo.diagnosis.swings import BAND, periodograms, swings
-from zoo.diagnosis.switching import TWO_LEVELS, switching
+from zoo.diagnosis.swings import BAND, BAND_BESIDE, periodograms, swings
+from zoo.diagnosis.switching import TWO_LEVELS, TWO_LEVELS_BESIDE, switching
 from zoo.diagnosis.workbench import QUIET, Workbench
 from zoo.fitting.projection import project
 from zoo.side_by_side import side_by_side
@@ -42,8 +42,6 @@ OUTDONE, SEVERAL_OUTDONE = 1.05, 0.9
 add up to a function of one quantity."""
 WANDERS = 0.25
 """Share of what a line explains that a phase which wanders may leave around it."""
-BESIDE = 5.0 / 3.0
-"""How many times the evidence of a band or of two levels is asked for beside added effects, whose simplified forms leave what swings and switches."""
 LINE = 10.0
 """Largest ordinate of a white periodogram over the mean, less the logarithm of their number, that chance may give (5 in 100 000; Fisher 1929)."""
 
@@ -193,14 +191,11 @@ class _Test:
 
     def _swings(self) -> float:
         band = swings(self.bench, self.final, self.lines)
-        return self._wave(band.evidence / self._asked(BAND), band.share)
+        return self._wave(band.evidence / (BAND if self.alone else BAND_BESIDE), band.share)
 
     def _levels(self) -> float:
         levels = switching(self.bench, self.final)
-        return self._wave(levels.evidence / self._asked(TWO_LEVELS), levels.share)
-
-    def _asked(self, evidence: float) -> float:
-        return evidence if self.alone else BESIDE * evidence
+        return self._wave(levels.evidence / (TWO_LEVELS if self.alone else TWO_LEVELS_BESIDE), levels.share)
 
     def _wave(self, strength: float, share: float) -> float:
         return min(strength, share * (1.0 + self.excess) / self.forgiven if self.forgiven > 0 else math.inf)

@@ -59,8 +59,9 @@ def _in_place_of(bench: Workbench, before: Solved, more: Solved, guess: Screened
 
 def _close(found: Search, name: str) -> list[str]:
     """Candidates of the round that added an effect whose evidence comes close to its own."""
-    for step in found.steps:
-        if step.chosen == name:
+    own = [step for step in found.steps if step.chosen == name]
+    for step in [*(step for step in reversed(own) if {*step.before.names, name} == set(found.final.names)), *own][:1]:
+        if any(trial.screened.name == name for trial in step.trials):
             best = max(trial.evidence for trial in step.trials if trial.screened.name == name)
             return [trial.screened.name for trial in step.trials if trial.refitted and trial.evidence > best - CLOSE and trial.screened.name != name]
     return []
