@@ -200,12 +200,12 @@ def _round_beside(bench: Workbench, now: Solved, found: Search, candidates: list
 def _by_evidence(bench: Workbench, found: Search, candidates: list[str], progress: Callable[[str], None]) -> bool:
     """The walk once more by evidence alone, as long as that is overwhelming; taken where it leaves noise. Whether it did.
 
-    What predicts other pieces of the runs best may be flexible enough to follow the sum of two, and what happens once predicts none of them. On the
-    way there may be one more than are named in the end: those that stood for others are dropped when these are there.
+    What predicts other pieces of the runs best may be flexible enough to follow the sum of two, and what happens once predicts none of them. What
+    stood for others is dropped when these are there.
     """
     other, seen = Search(found.base, found.base), set[frozenset[str]]()
     while not other.path or not leaves_noise(bench, other.final, found.base):
-        if frozenset(other.final.names) in seen or len(other.missing) > MOST_ADDED:
+        if frozenset(other.final.names) in seen or len(other.missing) >= MOST_ADDED:
             return False
         seen.add(frozenset(other.final.names))
         known = next((step for step in found.steps if _same(step.before, other.final)), None)
@@ -219,8 +219,6 @@ def _by_evidence(bench: Workbench, found: Search, candidates: list[str], progres
         other.keep(here[-1] if here else pruned(bench, _finished(bench, found.base, best.solved), found.base))
         if len(other.missing) > 1 and not leaves_noise(bench, other.final, found.base):
             other.keep(_looked_again(bench, other.final, other.missing[:-1]))
-    if len(other.missing) > MOST_ADDED:
-        return False
     found.final, found.path[:], found.steps[:] = other.final, other.path, other.steps
     _exchange(bench, found, candidates, progress)
     _forward(bench, found, candidates, progress)
