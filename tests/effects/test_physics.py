@@ -175,6 +175,18 @@ def test_no_line_of_a_chamber_lies_between_the_periods_tried(span_h) -> None:
             assert best == pytest.approx(power, abs=0.002)
 
 
+@pytest.mark.parametrize(("span_s", "longest_s"), [(100.0, 240.0), (3000.0, 750.0), (10_000.0, 2500.0), (14_400.0, 3600.0), (2e5, 3600.0)])
+def test_a_line_of_a_chamber_is_one_that_recurs(span_s, longest_s) -> None:
+    effect = build("effects", "chamber_cycling")
+    seen = effect.seen_over(span_s)
+    assert (seen.shape[0].low, seen.shape[0].high) == (120.0, longest_s)
+    assert seen.shape[0].default <= longest_s
+    assert seen.seen_over(span_s) is seen
+    assert (seen is effect) == (longest_s == 3600.0)
+    assert effect.shape[0].high == 3600.0, "what was given stays as it is"
+    assert float(seen.shapes_to_try(span_s, 1).max()) <= longest_s
+
+
 @pytest.mark.parametrize("name", ["warm_up", "aging", "bias_step", "supply_voltage", "chamber_cycling", "dead_band"])
 def test_some_do_not_know_the_temperature(name, seen) -> None:
     effect = build("effects", name)

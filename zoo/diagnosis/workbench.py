@@ -48,13 +48,13 @@ class Workbench:
             noise: of the block means, what fits are weighted with.
             mixtures: what it may be.
         """
-        self.runs, self.effects, self.noise = runs, effects, noise
-        self.mixtures = mixtures
+        self.runs, self.noise, self.mixtures = runs, noise, mixtures
         self.inputs = list(runs[0].columns)
         self.whitener = Whitener(noise, mixtures.runs)
         self.in_motion = any(starts_in_motion(run) for run in runs)
         self.varied_reference = reference_varies(runs)
         self.span_s = max(float(run.time[-1] - run.time[0]) for run in runs)
+        self.effects = {name: effect.seen_over(self.span_s) for name, effect in effects.items()}
         self.blocks = sum(run.blocks for run in runs)
         self._solved: dict[frozenset[str], Solved] = {}
         self._earlier: dict[tuple[str, ...], Tensor] = {}

@@ -6,7 +6,7 @@ import math
 import reprlib
 from dataclasses import dataclass, field, replace
 from numbers import Real
-from typing import TYPE_CHECKING, ClassVar, Literal, get_args
+from typing import TYPE_CHECKING, ClassVar, Literal, Self, get_args
 
 import torch
 from torch import Tensor, nn
@@ -102,7 +102,7 @@ class Effect(nn.Module):
     Class attributes:
         name: the catalogue's name, also the YAML's.
         place: where the effect lives, ``"coil"`` or ``"housing"``.
-        shape: the parameters in which the columns are nonlinear (none to four).
+        shape: the parameters in which the columns are nonlinear (none to four); one effect may have narrower bounds than its class, see `seen_over`.
         amplitudes: the parameters in which the error is linear, one a column.
         needs: recorded columns without which the effect cannot be computed.
         sharp: whether its columns change much within a few kelvins, without memory, so that a search has to look closely for where the place is.
@@ -117,7 +117,7 @@ class Effect(nn.Module):
 
     name: ClassVar[str]
     place: ClassVar[Place] = "coil"
-    shape: ClassVar[tuple[Parameter, ...]] = ()
+    shape: tuple[Parameter, ...] = ()
     amplitudes: ClassVar[tuple[Parameter, ...]]
     needs: ClassVar[tuple[str, ...]] = ()
     sharp: ClassVar[bool] = False
@@ -164,6 +164,15 @@ class Effect(nn.Module):
         """
         del tried
         return self.columns(history, shape)
+
+    def seen_over(self, span_s: float) -> Self:
+        """The effect with its shape as far as runs can show it; by default as it is. A copy where the bounds are narrower than its own.
+
+        Args:
+            span_s: length of the longest run [s].
+        """
+        del span_s
+        return self
 
     def shapes_to_try(self, span_s: float, runs: int) -> Tensor:
         """(G, S) physical shapes that a search should start from: the full grid between the bounds.

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import copy
 import math
+from dataclasses import replace
 
 import torch
 from torch import Tensor
@@ -13,6 +15,9 @@ RUNS = 4
 LONGEST_SPAN_S = 86400.0
 FINER = 8
 OVERTONES = 3
+RECURS, SHORTEST = 4, 2.0
+"""Periods that the longest run must hold of a line: what comes once or twice may as well be a drift, and goes on as it likes where nothing was
+fitted. And how many of the shortest periods are looked for in any case."""
 
 
 class ChamberCycling(Effect):
@@ -36,6 +41,16 @@ class ChamberCycling(Effect):
     source = "engineering prior: air of chambers swings by ±0.2–1 K in 2–10 min"
     signature = "a narrow line in time, whatever the temperature does, with another phase in each run"
     confused_with = ()
+
+    def seen_over(self, span_s: float) -> ChamberCycling:
+        """Periods that recur, see `Effect.seen_over`."""
+        period = self.shape[0]
+        longest = max(span_s / RECURS, SHORTEST * period.low)
+        if longest >= period.high:
+            return self
+        narrowed = copy.deepcopy(self)
+        narrowed.shape = (replace(period, high=longest, default=min(period.default, longest)),)
+        return narrowed
 
     def shapes_to_try(self, span_s: float, runs: int) -> Tensor:
         """Frequencies one resolution apart, 1/span (of a day at most), see `Effect.shapes_to_try`.
