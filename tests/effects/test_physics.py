@@ -187,6 +187,18 @@ def test_a_line_of_a_chamber_is_one_that_recurs(span_s, longest_s) -> None:
     assert float(seen.shapes_to_try(span_s, 1).max()) <= longest_s
 
 
+@pytest.mark.parametrize(("span_h", "low", "high"), [(2.0, 0.02, 1.98), (10.0, 1 / 12, 10 - 1 / 12), (60.0, 1 / 12, 24.0), (0.0, 0.0, 24.0)])
+def test_a_step_has_something_of_a_run_before_and_after_it(span_h, low, high) -> None:
+    effect = build("effects", "bias_step")
+    seen = effect.seen_over(span_h * 3600)
+    assert (seen.shape[0].low, seen.shape[0].high) == pytest.approx((low, high))
+    assert seen.shape[0].low <= seen.shape[0].default <= seen.shape[0].high
+    assert seen.shape[1] == effect.shape[1]
+    assert seen.seen_over(span_h * 3600) is seen
+    tried = seen.shapes_to_try(span_h * 3600, 2)[:, 0]
+    assert span_h == 0 or bool(((tried > low) & (tried < min(span_h, 24.0))).all())
+
+
 @pytest.mark.parametrize("name", ["warm_up", "aging", "bias_step", "supply_voltage", "chamber_cycling", "dead_band"])
 def test_some_do_not_know_the_temperature(name, seen) -> None:
     effect = build("effects", name)

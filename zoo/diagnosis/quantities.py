@@ -166,6 +166,20 @@ def inputs_of(effect: Effect) -> set[str]:
     return {*map(column_in_words, effect.needs), *([INPUT.words] if _turns(effect) else [])}
 
 
+def inputs_seen(bench: Workbench, effect: Effect) -> set[str]:
+    """Those of them that change in these runs, as far as the effect sees it: one that looks at the input's sign alone sees no turn that keeps it."""
+    columns = [name for name in effect.needs if float(_spread(bench, name).diff().abs().max()) > FLAT]
+    here = replace(_samples(effect), reference=_spread(bench, bench.inputs[-1]))
+    turned = bench.varied_reference and not _same(effect, here, replace(here, reference=here.reference[:1].expand(SAMPLES)))
+    return {*map(column_in_words, columns), *([INPUT.words] if turned else [])}
+
+
+def _spread(bench: Workbench, column: str) -> Tensor:
+    """(61,) values of a recorded column from its least to its largest block mean, as often as they come."""
+    values = torch.cat([run.block_mean(run.column(column)) for run in bench.runs]).cpu()
+    return values.quantile(torch.linspace(0, 1, SAMPLES, dtype=values.dtype))
+
+
 def by_the_clock(effect: Effect) -> bool:
     """Whether an effect's columns are the same whatever the temperature and the inputs do: lines and steps in time, drifts."""
     here = _samples(effect)

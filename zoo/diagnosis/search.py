@@ -290,7 +290,7 @@ def settle(
 ) -> tuple[Workbench, Search]:
     """Search, and once more without the outliers or weighted by the noise that the first search left, where there are any or that is another noise.
 
-    The white noise was read off differences of the error, which a fast effect enlarges; the residual tells better, and is never less than it.
+    The white noise was read off differences of the error, which a fast effect enlarges; what is left of them tells better.
 
     Args:
         bench: the runs under the noise assumed at first.
@@ -300,8 +300,7 @@ def settle(
     """
     found = search(bench, bench.begin(names), candidates, progress)
     for _ in range(PASSES):
-        left = found.final.residual
-        white = min(white_level(list(left.split([run.blocks for run in bench.runs]))), float(left.square().mean().sqrt()))
+        white = _white(bench, found)
         if white >= QUIETER * bench.mixtures.white:
             break
         bench = bench.with_white(white)
@@ -316,6 +315,16 @@ def settle(
         return bench, found
     again = bench.with_noise(likely)
     return again, replace(search(again, again.begin(names), candidates, progress), first=found.base)
+
+
+def _white(bench: Workbench, found: Search) -> float:
+    """White noise that is left [unit]: beside the final model, or the overwhelming addition to it that was refused for what the rest is like then.
+
+    Noise that is taken for louder than it is makes too little of what is slow, so that nothing seems to leave noise.
+    """
+    refused = [trial.solved for step in found.steps if _same(step.before, found.final) for trial in step.trials if trial.evidence > OVERWHELMING]
+    left = [one.residual for one in (found.final, *refused) if one is not None]
+    return min(min(white_level(list(one.split([run.blocks for run in bench.runs]))), float(one.square().mean().sqrt())) for one in left)
 
 
 def _finished(bench: Workbench, base: Solved, solved: Solved) -> Solved:

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import copy
+from dataclasses import replace
+
 import torch
 from torch import Tensor
 
@@ -9,6 +12,8 @@ from zoo.effects.base import Effect, History, Parameter, grid_values
 from zoo.physics.carry import after_first, left, resumed, with_last
 
 ONSETS, FINER = 100, 41
+ENDS, ENDS_S = 0.01, 300.0
+"""Share of the longest run at either end in which no step is looked for, and how long that is at most [s]: what differs there alone is an outlier."""
 
 
 class BiasStep(Effect):
@@ -30,9 +35,21 @@ class BiasStep(Effect):
     signature = "constant before and after one moment"
     confused_with = ("aging",)
 
+    def seen_over(self, span_s: float) -> BiasStep:
+        """Onsets with something of the longest run before and after them, see `Effect.seen_over`."""
+        onset, run = self.shape
+        low = min(ENDS * span_s, ENDS_S) / 3600.0
+        high = min(span_s / 3600.0 - low, onset.high)
+        if low >= high or (low <= onset.low and high >= onset.high):
+            return self
+        narrowed = copy.deepcopy(self)
+        narrowed.shape = (replace(onset, low=low, high=high, default=min(max(onset.default, low), high)), run)
+        return narrowed
+
     def shapes_to_try(self, span_s: float, runs: int) -> Tensor:
         """Onsets all along the longest run (its first 24 h), in each run and in all of them, see `Effect.shapes_to_try`."""
-        onsets = (torch.arange(ONSETS, dtype=torch.float64) + 0.5) / ONSETS * min(span_s / 3600.0, self.shape[0].high)
+        onset = self.shape[0]
+        onsets = onset.low + (torch.arange(ONSETS, dtype=torch.float64) + 0.5) / ONSETS * (min(span_s / 3600.0, onset.high) - onset.low)
         return torch.cartesian_prod(onsets, grid_values(self.shape[1], runs))
 
     def shapes_near(self, shape: Tensor, span_s: float) -> Tensor:
