@@ -6,6 +6,7 @@ from dataclasses import replace
 
 import pytest
 import torch
+from torch import Tensor
 
 from zoo.diagnosis.corrections import has_own_input, stands_apart
 from zoo.diagnosis.diagnose import diagnose, open_bench
@@ -43,21 +44,49 @@ def test_what_a_freer_form_of_the_first_explains_is_no_effect_of_its_own(simulat
         assert not stands_apart(bench, start, before, after, evidence, 8.0), name
 
 
+BOTH_WAYS, ONE_WAY, STILL = (-1.0, 1.0), (1.0, 2.0), (1.0, 1.0)
+
+
 @pytest.mark.parametrize(
-    ("name", "others", "own"),
+    ("rates", "name", "others", "own"),
     [
-        ("supply_voltage", ["aging"], True),
-        ("supply_voltage", ["magnetic"], True),
-        ("supply_voltage", ["supply_voltage", "magnetic"], False),
-        ("scale_factor", ["polarization"], True),
-        ("scale_factor", ["misalignment"], False),
-        ("aging", ["magnetic"], False),
-        ("misalignment", ["fixture_rotation"], False),
-        ("fixture_rotation", ["aging"], True),
+        (STILL, "supply_voltage", ["aging"], True),
+        (STILL, "supply_voltage", ["magnetic"], True),
+        (STILL, "supply_voltage", ["supply_voltage", "magnetic"], False),
+        (STILL, "aging", ["magnetic"], False),
+        (BOTH_WAYS, "scale_factor", ["polarization"], True),
+        (BOTH_WAYS, "scale_factor", ["misalignment"], False),
+        (BOTH_WAYS, "misalignment", ["fixture_rotation"], False),
+        (BOTH_WAYS, "fixture_rotation", ["aging"], True),
+        (ONE_WAY, "scale_factor", ["aging"], True),
+        (ONE_WAY, "fixture_rotation", ["aging"], False),
+        (STILL, "scale_factor", ["aging"], False),
+        (STILL, "fixture_rotation", ["aging"], False),
     ],
 )
-def test_an_input_of_its_own_is_one_that_the_others_do_not_know(diagnosis, name, others, own) -> None:
-    assert has_own_input(diagnosis("").bench, name, others) is own
+def test_an_input_of_its_own_changes_and_is_one_that_the_others_do_not_know(simulation, catalogue, base, rates, name, others, own) -> None:
+    """A fixture's rotation looks at the way in which the table turns, and a scale factor at how fast."""
+    bench = open_bench([turning(as_run(one), *rates) for one in simulation("", 1).runs], base, catalogue)
+    assert has_own_input(bench, name, others) is own
+
+
+@pytest.mark.parametrize(("volts", "own"), [(0.1, True), (0.0, False)])
+def test_a_column_that_never_changes_is_no_input_of_its_own(simulation, catalogue, base, volts, own) -> None:
+    runs = [as_run(one) for one in simulation("", 1).runs]
+    runs = [recorded(run, "supply_v", 5.0 + volts * (run.time / 1000).sin()) for run in runs]
+    assert has_own_input(open_bench(runs, base, catalogue), "supply_voltage", ["aging"]) is own
+
+
+def turning(run: Run, slow: float, fast: float) -> Run:
+    """On a table that turns at one rate and at another in turns."""
+    return recorded(run, run.columns[-1], torch.where(((run.time - run.time[0]) / 1700.0).long() % 2 == 0, fast, slow).to(run.error))
+
+
+def recorded(run: Run, column: str, values: Tensor) -> Run:
+    """With other values in a column."""
+    table = run.table.clone()
+    table[:, run.columns.index(column)] = values
+    return replace(run, table=table)
 
 
 def test_a_small_effect_of_a_column_is_named_beside_large_fringes(simulation, catalogue, base) -> None:
@@ -95,11 +124,10 @@ def test_what_a_changing_line_leaves_is_no_effect_of_its_own(simulation, catalog
 
 def tilted(run: Run, white: float, curved: float) -> Run:
     """A table that turns one way and the other, and an axis whose tilt grows with the temperature, or saturates [white]."""
-    way = torch.where(((run.time - run.time[0]) / 1700.0).long() % 2 == 0, 1.0, -1.0).to(run.error)
+    turned = turning(run, -10.0, 10.0)
+    way = turned.table[:, -1].sign()
     theta = (run.select([run.thermometers[-1]]).squeeze(1) - 20) / 40
-    table = run.table.clone()
-    table[:, -1] = 10.0 * way
-    return replace(run, table=table, error=run.error + 12 * white * way * (0.5 + (1 - curved) * theta + curved * (3 * theta).tanh()))
+    return replace(turned, error=run.error + 12 * white * way * (0.5 + (1 - curved) * theta + curved * (3 * theta).tanh()))
 
 
 @pytest.mark.parametrize("seed", [1, 2, 3])
