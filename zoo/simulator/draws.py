@@ -30,6 +30,7 @@ RATIOS: dict[str, tuple[str, dict[str, float]]] = {
     "misalignment": ("slope", {"offset": 60.0, "curvature": 0.3 / 60}),
     "moisture": ("flux", {"strain": 0.3}),
     "warm_up": ("amplitude", {"early": 0.7}),
+    "aging": ("drift", {"diffusion": 0.3}),
     "chamber_cycling": ("cosine_1", {f"{wave}_{run}": 1.0 for run in range(1, RUNS + 1) for wave in ("cosine", "sine")}),
 }
 # Shapes that show within hours and within the tens of kelvins of a program; the effects' own bounds are wider.
