@@ -209,16 +209,34 @@ def test_some_do_not_know_the_temperature(name, seen) -> None:
     assert torch.equal(effect.columns(here, effect.shape_value), effect.columns(moved, effect.shape_value))
 
 
-def test_warm_up_and_aging_are_normalised_and_monotone(seen) -> None:
-    warm, age = build("effects", "warm_up"), build("effects", "aging")
-    decays, drift = warm.columns(seen(warm), torch.tensor([1200.0], dtype=torch.float64)), column(age, seen(age), 3.0)
+def test_warm_up_is_normalised_and_monotone(seen) -> None:
+    warm = build("effects", "warm_up")
+    decays = warm.columns(seen(warm), torch.tensor([1200.0], dtype=torch.float64))
     for decay, fold in zip(decays.T, (20, 2), strict=True):  # the body, and the electronics ten times faster
         assert float(decay[0]) == 1
         assert float(decay[fold]) == pytest.approx(math.exp(-1.0))
         assert bool((torch.diff(decay) < 0).all())
-    assert float(drift[0]) == 0
+
+
+@pytest.mark.parametrize("bend", [-1.0, -0.3, -0.01, 0.0, 0.01, 0.5, 1.0])
+def test_aging_is_normalised_and_monotone_and_one_of_its_laws(bend, seen) -> None:
+    age = build("effects", "aging")
+    drift, hours = column(age, seen(age), bend), seen(age).time / 3600
+    assert float(drift[0]) == pytest.approx(0, abs=1e-8)
     assert float(drift[600]) == pytest.approx(1.0), "its amplitude is the drift after 10 h"
     assert bool((torch.diff(drift) > 0).all())
+    law = (hours / 10) ** (1 - 0.7 * bend) if bend >= 0 else torch.log1p(-bend * hours) / math.log1p(-bend * 10)
+    torch.testing.assert_close(drift, law, rtol=1e-9, atol=1e-8)
+
+
+def test_aging_by_a_logarithm_goes_over_into_aging_by_a_power(seen) -> None:
+    age = build("effects", "aging")
+    drifts = [column(age, seen(age), bend) for bend in (-1e-7, 0.0, 1e-7)]
+    for drift in drifts:
+        torch.testing.assert_close(drift, seen(age).time / 36000, rtol=1e-5, atol=1e-7)
+    near = age.shapes_near(torch.tensor([0.2], dtype=torch.float64), 36000.0)
+    assert float(near[0]) == 0.2
+    assert int((near < 0).sum()) == int((near > 0).sum()) - 1, "as many of either law"
 
 
 def test_static_bias_and_the_coupling_are_polynomials_about_20_degrees(seen) -> None:

@@ -24,8 +24,8 @@ def stands_apart(bench: Workbench, base: Solved, before: Solved, after: Solved, 
 
     One that goes with an input which those before it do not know corrects none of them. The others are given a freer form; what a correction of
     theirs would explain is then explained already. Those that depend on one quantity, as ageing does on time, are given a free function of it; others
-    powers of what they did, sizes that change with temperature, rate and time, a moment earlier or later, and a function of the inputs that they go
-    with. What else has a memory may have any, and nobody can tell.
+    powers of what they did, sizes that change with temperature, rate and time, and a function of the inputs that they go with. What else has a memory
+    may have any, and nobody can tell.
 
     Args:
         bench: the runs.
@@ -72,13 +72,12 @@ def _freer(bench: Workbench, base: Solved, before: Solved) -> Tensor | None:
     slow = torch.cat([free.axis.chebyshev(free.axis.means, SLOW_ORDER) for free in functions if free.of in SLOW and free.beside is None], dim=1)
     freer = []
     for name, own in added.items():
-        freer.append(_changed(bench, before.plain_columns[:, own] @ before.fit.amplitudes[own], slow))
+        freer.append(_changed(before.plain_columns[:, own] @ before.fit.amplitudes[own], slow))
         freer += [free.columns for free in functions if free.words in inputs_of(bench.effects[name])]
     return torch.cat(freer, dim=1)
 
 
-def _changed(bench: Workbench, signal: Tensor, slow: Tensor) -> Tensor:
-    """(N, K+3) a signal (N,) with a size that changes as slow columns (N, K) do, its square and cube, and what it would be a little earlier or later."""
+def _changed(signal: Tensor, slow: Tensor) -> Tensor:
+    """(N, K+2) a signal (N,) with a size that changes as slow columns (N, K) do, and its square and cube."""
     unit = signal / signal.square().mean().sqrt()
-    shifted = torch.cat([torch.gradient(one)[0] if len(one) > 1 else torch.zeros_like(one) for one in unit.split([run.blocks for run in bench.runs])])
-    return torch.cat([unit.unsqueeze(1) * slow, torch.stack([unit**2, unit**3, shifted], dim=1)], dim=1)
+    return torch.cat([unit.unsqueeze(1) * slow, torch.stack([unit**2, unit**3], dim=1)], dim=1)

@@ -33,7 +33,7 @@ def power(chance: np.random.Generator) -> Form:
 def logarithm(chance: np.random.Generator) -> Form:
     """ln(1 + t/τ), as the catalogue has it."""
     tau_h = decade(chance, 1.0, 10.0)
-    return Form("logarithm", lambda run: np.log1p(run.time / 3600 / tau_h), {"drift": float(np.log1p(10 / tau_h))}, {"time": tau_h})
+    return Form("logarithm", lambda run: np.log1p(run.time / 3600 / tau_h), {"drift": float(np.log1p(10 / tau_h))}, {"bend": -1 / tau_h})
 
 
 def slow_exponential(chance: np.random.Generator) -> Form:
