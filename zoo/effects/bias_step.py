@@ -11,7 +11,7 @@ from torch import Tensor
 from zoo.effects.base import Effect, History, Parameter, grid_values
 from zoo.physics.carry import after_first, left, resumed, with_last
 
-ONSETS, FINER = 100, 41
+ONSETS, FINER = 200, 21
 ENDS, ENDS_S = 0.01, 300.0
 """Share of the longest run at either end in which no step is looked for, and how long that is at most [s]: what differs there alone is an outlier."""
 
