@@ -13,8 +13,8 @@ from torch import Generator
 from zoo.diagnosis.acceptance import ACCEPT, FIRST, accepted, convinces
 from zoo.diagnosis.diagnose import Diagnosis, diagnose, open_bench
 from zoo.diagnosis.posterior import hypotheses
-from zoo.diagnosis.screening import screen
-from zoo.diagnosis.search import PAIRED, Search, _drop, _remember, _single, _singles
+from zoo.diagnosis.screening import Screened, screen
+from zoo.diagnosis.search import PAIRED, Search, _drop, _remember, _single, _singles, _white
 from zoo.diagnosis.trials import Step, Trial, glances, refit
 from zoo.models.graybox import GrayBox
 from zoo.simulator.in_process import as_run
@@ -250,3 +250,16 @@ def test_beside_a_base_that_leaves_the_coil_unknown_an_effect_is_seen(runs, cata
     (named,) = found.search.missing
     twins = next(one["indistinguishable_from"] for one in found.record["candidates"] if one["effect"] == named)
     assert "mohr" in {named, *twins}
+
+
+@pytest.mark.parametrize(("evidence", "counts"), [(50.0, True), (30.0, False)])
+def test_white_noise_is_what_an_overwhelming_addition_leaves_although_it_was_refused(simulation, catalogue, base, evidence, counts) -> None:
+    """A fast line enlarges the differences that white noise is read off."""
+    bench = open_bench([as_run(one) for one in simulation("chamber_cycling", 1, 20.0).runs], base, catalogue)
+    start = bench.begin(tuple(base))
+    added = bench.add(start, "chamber_cycling")
+    trial = Trial(Screened("chamber_cycling", torch.zeros(1), 0.0, 0), added, evidence, True)
+    found = Search(start, start, [Step(start, [trial], 5.0)])
+    alone, beside = (_white(bench, Search(one, one)) for one in (start, added))
+    assert beside < 0.5 * alone
+    assert _white(bench, found) == (beside if counts else alone)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import copy
 import math
 import reprlib
 from dataclasses import dataclass, field, replace
@@ -173,6 +174,23 @@ class Effect(nn.Module):
         """
         del span_s
         return self
+
+    def bounded(self, place: int, low: float, high: float) -> Self:
+        """The effect with one of its shapes within these bounds as well, a copy; itself where its own are no wider or would be left with nothing.
+
+        Args:
+            place: of the parameter in `shape`.
+            low: physical.
+            high: physical.
+        """
+        one = self.shape[place]
+        low, high = max(low, one.low), min(high, one.high)
+        if low >= high or (low, high) == (one.low, one.high):
+            return self
+        narrowed = copy.deepcopy(self)
+        narrower = replace(one, low=low, high=high, default=min(max(one.default, low), high))
+        narrowed.shape = (*self.shape[:place], narrower, *self.shape[place + 1 :])
+        return narrowed
 
     def shapes_to_try(self, span_s: float, runs: int) -> Tensor:
         """(G, S) physical shapes that a search should start from: the full grid between the bounds.

@@ -2,9 +2,6 @@
 
 from __future__ import annotations
 
-import copy
-from dataclasses import replace
-
 import torch
 from torch import Tensor
 
@@ -37,14 +34,8 @@ class BiasStep(Effect):
 
     def seen_over(self, span_s: float) -> BiasStep:
         """Onsets with something of the longest run before and after them, see `Effect.seen_over`."""
-        onset, run = self.shape
-        low = min(ENDS * span_s, ENDS_S) / 3600.0
-        high = min(span_s / 3600.0 - low, onset.high)
-        if low >= high or (low <= onset.low and high >= onset.high):
-            return self
-        narrowed = copy.deepcopy(self)
-        narrowed.shape = (replace(onset, low=low, high=high, default=min(max(onset.default, low), high)), run)
-        return narrowed
+        end = min(ENDS * span_s, ENDS_S) / 3600.0
+        return self.bounded(0, end, span_s / 3600.0 - end)
 
     def shapes_to_try(self, span_s: float, runs: int) -> Tensor:
         """Onsets all along the longest run (its first 24 h), in each run and in all of them, see `Effect.shapes_to_try`."""

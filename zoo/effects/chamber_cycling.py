@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import copy
 import math
-from dataclasses import replace
 
 import torch
 from torch import Tensor
@@ -44,13 +42,8 @@ class ChamberCycling(Effect):
 
     def seen_over(self, span_s: float) -> ChamberCycling:
         """Periods that recur, see `Effect.seen_over`."""
-        period = self.shape[0]
-        longest = max(span_s / RECURS, SHORTEST * period.low)
-        if longest >= period.high:
-            return self
-        narrowed = copy.deepcopy(self)
-        narrowed.shape = (replace(period, high=longest, default=min(period.default, longest)),)
-        return narrowed
+        low = self.shape[0].low
+        return self.bounded(0, low, max(span_s / RECURS, SHORTEST * low))
 
     def shapes_to_try(self, span_s: float, runs: int) -> Tensor:
         """Frequencies one resolution apart, 1/span (of a day at most), see `Effect.shapes_to_try`.
