@@ -263,3 +263,15 @@ def test_white_noise_is_what_an_overwhelming_addition_leaves_although_it_was_ref
     alone, beside = (_white(bench, Search(one, one)) for one in (start, added))
     assert beside < 0.5 * alone
     assert _white(bench, found) == (beside if counts else alone)
+
+
+@pytest.mark.parametrize("exponent", [0.4, 0.6, 0.8])
+def test_a_drift_by_a_power_of_time_is_ageing_and_nothing_else(simulation, catalogue, base, white, exponent) -> None:
+    """A logarithm misses it by 1 to 2 %, of forty times the noise as much as a warm-up of half the noise."""
+    runs = [as_run(one) for one in simulation("", 1).runs]
+    drifts = [((run.time - run.time[0]) / 36000.0) ** exponent for run in runs]
+    runs = [replace(run, error=run.error + 80.0 * white * drift) for run, drift in zip(runs, drifts, strict=True)]
+    found = diagnose(runs, base, catalogue)
+    assert (found.verdict, found.search.missing) == ("missing", ["aging"])
+    bend = found.record["parameters"]["aging"]["bend"]["value"]
+    assert 1.0 - 0.7 * bend == pytest.approx(exponent, abs=0.05)
