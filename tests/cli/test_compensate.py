@@ -65,7 +65,7 @@ def test_a_file_comes_back_with_two_columns_more(trained, name, capsys) -> None:
     frame.to_csv("flight.csv", index=False)
     assert compensate(trained[name], "data.files=[flight.csv]") == 0
     assert capsys.readouterr().out.splitlines()[-1].endswith("out/flight.csv")
-    found = pd.read_csv("out/flight.csv")
+    found = pd.read_csv("out/flight.csv", engine="pyarrow")
     assert list(found) == [*frame, "predicted_error_dph", "rate_dph_compensated"]
     assert np.array_equal(found[list(frame)], frame)
     model = load_model(trained[name])

@@ -9,7 +9,6 @@ import pytest
 import torch
 from tensorboard.backend.event_processing.event_accumulator import EventAccumulator
 
-from zoo.catalog import build
 from zoo.errors import InputError, WorkError
 from zoo.measurements.datamodule import Prebatched, RunsDataModule
 from zoo.models.base import Model
@@ -277,21 +276,3 @@ def test_lightning_is_quiet_and_its_loggers_are_put_back(make_run, tmp_path, cap
     assert captured.out == captured.err == ""
     assert not [str(one.message) for one in recwarn if "lightning" in str(one.filename)]
     assert logging.getLogger("lightning.pytorch").level == before
-
-
-@pytest.mark.skipif(not torch.cuda.is_available(), reason="needs CUDA")
-@pytest.mark.parametrize(
-    ("model", "optimizer"),
-    [
-        ("polynomial", "least_squares"),
-        ("ls_svm", "dual_solve"),
-        ("takagi_sugeno", "gustafson_kessel"),
-        ("graybox", "variable_projection"),
-        ("hybrid", "alternating"),
-    ],
-)
-def test_a_fit_of_its_own_follows_the_device(make_run, tmp_path, model, optimizer) -> None:
-    runs, found = [make_run(bend=0.5, noise=0.02)], []
-    for device in ("cpu", "cuda"):
-        found.append(train(build("model", model), runs, optimizer=build("optimizer", optimizer), device=device, out=tmp_path)["rms"])
-    assert found[1] == pytest.approx(found[0], rel=1e-6)

@@ -27,6 +27,8 @@ RANK = 1e-12
 WEAKEST = 3.0
 """How far in standard deviations of the noise the whole range of a parameter must move a model to count as a freedom. To first order it has no
 bounds: by many times its range, a weaker one would account for anything that goes with it."""
+ROUNDING = 1e-12
+"""Of a column's largest number, below which a difference is rounding: a processor may round one row of a batch otherwise than the next."""
 WITHIN = 12.0
 """One over the variance of a parameter that may be anywhere between its bounds, 0…1."""
 
@@ -224,10 +226,8 @@ def _moved(columns: Callable[[Tensor], Tensor], theta: Tensor) -> tuple[Tensor, 
     return columns(moved), steps
 
 
-def _differences(batch: Tensor, steps: Tensor, amplitudes: Tensor) -> Tensor:
-    if not steps.numel():
-        return batch.new_zeros((batch.shape[1], 0))
-    return (((batch[1:] - batch[0]) @ amplitudes) / steps.unsqueeze(1)).mT
+def _differences(change: Tensor, steps: Tensor, amplitudes: Tensor) -> Tensor:
+    return ((change @ amplitudes) / steps.unsqueeze(1)).mT if steps.numel() else change.new_zeros((change.shape[1], 0))
 
 
 def _linearise(columns: Callable[[Tensor], Tensor], weigh: Callable[[Tensor], Tensor], target: Tensor, theta: Tensor) -> _Linear:
@@ -235,8 +235,9 @@ def _linearise(columns: Callable[[Tensor], Tensor], weigh: Callable[[Tensor], Te
     batch, steps = _moved(columns, theta)
     weighted = weigh(batch[0])
     solution = project(weighted, target)
-    differences = _differences(batch, steps, solution.amplitudes)
-    moves = (batch[1:] != batch[0]).any(dim=1) if theta.numel() else torch.zeros(0, batch.shape[2], dtype=torch.bool, device=batch.device)
+    change = batch[1:] - batch[0]
+    differences = _differences(change, steps, solution.amplitudes)
+    moves = change.abs().amax(dim=1) > ROUNDING * batch[0].abs().amax(dim=0)
     return _Linear(weighted, weigh(differences), torch.cat([batch[0], differences], dim=1), moves, solution)
 
 

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import warnings
+from collections.abc import Iterator
+from contextlib import contextmanager
 from functools import cached_property
 
 import torch
@@ -61,11 +63,19 @@ class Averager:
     def _by_places(self) -> Tensor:
         """(N, T)."""
         size = (self.blocks, self.samples)
-        return torch.sparse_coo_tensor(torch.stack([self.block, self.sample]), self.share, size, check_invariants=True).coalesce()
+        with _without_remarks():
+            return torch.sparse_coo_tensor(torch.stack([self.block, self.sample]), self.share, size, check_invariants=True).coalesce()
 
     @cached_property
     def _by_rows(self) -> Tensor:
         """(N, T)."""
-        with warnings.catch_warnings():
-            warnings.filterwarnings("ignore", "Sparse CSR", UserWarning)  # torch calls all its sparse matrices a beta
+        with _without_remarks():
             return self._by_places.to_sparse_csr()
+
+
+@contextmanager
+def _without_remarks() -> Iterator[None]:
+    """Torch calls all its sparse matrices a beta, and some of its versions remark on a check of them that is asked for here."""
+    with warnings.catch_warnings():
+        warnings.filterwarnings("ignore", "Sparse", UserWarning)
+        yield

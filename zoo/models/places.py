@@ -194,5 +194,5 @@ def histories(
 
 
 def _housing(coil: History, outer: Tensor) -> History:
-    smooth = lagged(coil.time, outer, torch.full((), SECONDS_PER_MINUTE, dtype=outer.dtype, device=outer.device))
+    smooth = lagged(coil.time, outer, outer.new_full((), SECONDS_PER_MINUTE))
     return replace(coil, temperature=outer, rate=outer - smooth, gradient=outer - smooth)

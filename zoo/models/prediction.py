@@ -42,7 +42,7 @@ def predict_blocks(model: Model, run: Run) -> Tensor:
     """(N,) block means of the error that a model predicts for a run [output's unit], on the CPU."""
     device = next((tensor.device for tensor in [*model.parameters(), *model.buffers()]), torch.device("cpu"))
     with torch.no_grad():
-        return run.block_mean(model(raw_columns(model, run).to(device)).cpu())
+        return run.block_mean(model(raw_columns(model, run).to(device)).to(run.table.device)).cpu()
 
 
 def predict_blocks_of_each(models: Sequence[Model], run: Run) -> Tensor:
