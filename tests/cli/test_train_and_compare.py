@@ -271,6 +271,25 @@ def test_a_model_that_takes_the_output_where_the_input_never_changes_is_told(rec
     assert "epochs was of no use: optimizer=least_squares ends by itself" in told
 
 
+def test_a_swarm_that_fits_by_itself_says_that_epochs_are_of_no_use(recordings, tmp_path, capsys) -> None:
+    settings = ["model=polynomial", "optimizer=pso", "optimizer.steps=3", "optimizer.particles=5"]
+    assert train(recordings, tmp_path, *settings, "epochs=7") == 0
+    assert "epochs was of no use: optimizer=pso goes by optimizer.steps" in " ".join(capsys.readouterr().err.split())
+    assert train(recordings, tmp_path, *settings) == 0
+    assert "of no use" not in capsys.readouterr().err
+
+
+def test_as_many_weights_as_blocks_fit_anything_and_that_is_said(recordings, tmp_path, capsys) -> None:
+    for hidden, doubted in ((100, True), (9, False)):
+        assert train(recordings, tmp_path, "model=bp", f"model.hidden={hidden}", "epochs=1") == 0
+        assert ("weights were fitted to 288 block means" in " ".join(capsys.readouterr().err.split())) == doubted
+
+
+def test_seeds_that_change_nothing_are_all_alike(recordings, tmp_path, capsys) -> None:
+    assert train(recordings, tmp_path, "model=polynomial", "seeds=2") == 0
+    assert "2 seeds, all alike" in " ".join(capsys.readouterr().out.split())
+
+
 def test_tensorboard_tells_trainings_apart_by_their_settings(recordings, tmp_path) -> None:
     assert train(recordings, tmp_path, "model=bp", "model.hidden=3", "epochs=4", "seeds=2", "optimizer.lr=0.02") == 0
     events = EventAccumulator(str(tmp_path / "tensorboard"))

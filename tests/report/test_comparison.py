@@ -123,6 +123,15 @@ def test_nothing_in_a_figure_touches_its_edge(methods: int, seeds: int) -> None:
                 assert all(axes.texts[0].get_window_extent().y1 <= legend.y0 for axes in figure.axes)
 
 
+@pytest.mark.parametrize(("methods", "told"), [(8, ""), (12, ", the best 8 of 12 methods")])
+def test_methods_that_are_not_drawn_are_counted(methods: int, told: str) -> None:
+    of = document(methods, 20)
+    scale = scale_of(of)
+    with styled():
+        for figure in (stages_drawn(of, scale), run_figure(curves(of)[0], 0.05, scale), halves(curves(of)[0], 0.05, scale)[0]):
+            assert figure.axes[0].texts[0].get_text().endswith(f"]{told}")
+
+
 def test_a_legend_is_read_row_by_row_and_a_value_stands_at_its_median() -> None:
     of = document(4, 20)
     with styled():
@@ -228,5 +237,5 @@ def test_runs_that_were_fitted_are_no_judges() -> None:
 
 
 def test_what_is_left_goes_with_what_has_most_of_it() -> None:
-    assert goes_with(method("m", 1.0)) == "Of the mean square that is left, 60 % goes with temperature and 20 % is a constant."
+    assert goes_with(method("m", 1.0)) == "Of the mean square that is left, 60 % goes with temperature and 20 % is a constant, which overlap."
     assert goes_with(method("m", 0.05)) == "What is left is about noise."

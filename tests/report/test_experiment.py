@@ -7,7 +7,7 @@ from typing import Any
 
 import pytest
 
-from zoo.report.experiment import experiment_drawing, experiment_line, experiment_settings
+from zoo.report.experiment import experiment_drawing, experiment_line, experiment_settings, separated
 from zoo.report.wording import Scale
 
 SCALE = Scale.of("dph", 0.008, 0.07)
@@ -67,10 +67,25 @@ def test_one_line_for_the_terminal() -> None:
     assert experiment_line({"separates": ["a", "b"], "why": "", "profile": {}}) is None
 
 
+@pytest.mark.parametrize(
+    ("names", "alike", "told"),
+    [
+        ("abc", [], "a, b and c"),
+        ("abc", ["bc"], "a and (b or c)"),
+        ("abcd", ["ac", "de"], "(a or c), b and d"),
+        ("abc", ["ab", "bc"], "a, b and c"),
+        ("abcd", ["ad", "bc", "cd"], "a, b, c and d"),
+        ("", [], ""),
+    ],
+)
+def test_what_stays_alike_is_one_side(names: str, alike: list[str], told: str) -> None:
+    assert separated({"separates": list(names), "not_separated": [list(pair) for pair in alike]}) == told
+
+
 def test_what_else_a_reader_should_know() -> None:
     rows = dict(experiment_settings(EXPERIMENT))
     assert rows == {
-        "Needs, besides a chamber": "a fixture that turns the input axis over",
+        "Needs besides a chamber": "a fixture that turns the input axis over",
         "Alternative 1": "a rest (4.00 h, log Bayes factor 12)",
     }
     bare = deepcopy(EXPERIMENT)

@@ -32,9 +32,26 @@ def print_doubts(model: Model, runs: Sequence[Run], metrics: Mapping[str, Any], 
         metrics: of `zoo.training.run.train`.
         unused: settings that were given and that nothing has read.
     """
-    idle = (f"{key} was of no use: optimizer={metrics['optimizer']} ends by itself" for key in unused)
-    for told in (*idle, *_takes_the_input(model, runs), *_worse(metrics), *_beyond(metrics), *_bends(model, runs, metrics), *_at_bounds(model)):
+    ends = "ends by itself" if metrics["epochs"] is None else "goes by optimizer.steps"
+    idle = (f"{key} was of no use: optimizer={metrics['optimizer']} {ends}" for key in unused)
+    for told in (
+        *idle,
+        *_few(runs, metrics),
+        *_takes_the_input(model, runs),
+        *_worse(metrics),
+        *_beyond(metrics),
+        *_bends(model, runs, metrics),
+        *_at_bounds(model),
+    ):
         Console(stderr=True).print(told, style="yellow", soft_wrap=True, highlight=False)
+
+
+def _few(runs: Sequence[Run], metrics: Mapping[str, Any]) -> Iterator[str]:
+    """Where any measurements would be fitted as well."""
+    blocks, weights = sum(run.blocks for run in runs), metrics["parameters"]
+    if blocks <= weights:
+        told = f"{weights} weights were fitted to {blocks} block means, so that what is left of the fitted runs says nothing"
+        yield f"{told}; longer runs, a shorter data.average_s or a smaller model help"
 
 
 def _takes_the_input(model: Model, runs: Sequence[Run]) -> Iterator[str]:

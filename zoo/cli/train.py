@@ -70,7 +70,7 @@ def trained(config: DictConfig, runs: Sequence[Run], check_runs: Sequence[Run], 
     _draw(out, model, [*runs, *check_runs])
     write_json(out / METRICS, {"schema_version": 1} | metrics)
     print_notes([*runs, *check_runs])
-    print_doubts(model, runs, metrics, unused=["epochs"] if metrics["epochs"] is None and is_typed("epochs") else [])
+    print_doubts(model, runs, metrics, unused=["epochs"] if metrics["init"] is None and is_typed("epochs") else [])
     _print(metrics)  # last: who reads it may have gone
     return metrics
 
@@ -201,9 +201,9 @@ def _print(metrics: dict[str, Any]) -> None:
 
 def _print_members(console: Console, metrics: dict[str, Any]) -> None:
     members = metrics["members"]
-    table = Table(
-        "used for", f"seed {members['best_seed']}", "median", "90 % range", title=f"{len(members['seeds'])} seeds, the best of the fit first"
-    )
+    alike = members["rms_quantiles"]["low"] == members["rms_quantiles"]["high"]
+    title = f"{len(members['seeds'])} seeds, {'all alike' if alike else 'the best of the fit first'}"
+    table = Table("used for", f"seed {members['best_seed']}", "median", "90 % range", title=title)
     for use, key in (("fit", "rms"), ("check", "rms_check")):
         if members[key] is not None:
             spread = members[f"{key}_quantiles"]

@@ -44,6 +44,11 @@ def colors_of(names: list[str]) -> dict[str, str]:
     return {UNCOMPENSATED: MEASURED} | {name: coloured.get(name, OTHERS) for name in names}
 
 
+def best_of(methods: int) -> str:
+    """Says that only the best of so many methods are drawn; empty where all are."""
+    return f", the best {len(COLORS)} of {methods} methods" if methods > len(COLORS) else ""
+
+
 def seeds_figure(methods: list[dict[str, Any]], uncompensated: float, floor: float, scale: Scale) -> Figure:
     """One row a method: a point a seed, the 90 % range, the median with its 95 % interval; the noise floor as a line.
 
@@ -53,11 +58,13 @@ def seeds_figure(methods: list[dict[str, Any]], uncompensated: float, floor: flo
         floor: noise floor [output's unit].
         scale: how values are written.
     """
+    from matplotlib.lines import Line2D
+
     shown, colors = methods[:SHOWN], colors_of([one["name"] for one in methods])
     rows = len(shown) + 1
     figure = blank(WIDTH, 84 + ROW * rows)
     axes = panel(figure, (NAMES, 38, WIDTH - NAMES - 34, ROW * rows))
-    axes.axvline(floor * scale.factor, color=FLOOR, lw=1.6, label="noise floor", zorder=1)
+    axes.axvline(floor * scale.factor, color=FLOOR, lw=1.6, zorder=1)
     for place, one in enumerate(shown):
         _seeds_row(axes, place, one, colors[one["name"]], scale)
     axes.plot([uncompensated * scale.factor], [rows - 1], "D", color=MEASURED, ms=8)
@@ -69,7 +76,10 @@ def seeds_figure(methods: list[dict[str, Any]], uncompensated: float, floor: flo
     axes.set_yticks(range(rows), [*(_short(one["name"], LONGEST) for one in shown), UNCOMPENSATED], color=INK)
     axes.set_ylim(rows - 0.5, -0.6)
     axes.grid(visible=False, axis="y")
-    axes.legend(loc="lower right", bbox_to_anchor=(1, 1.0), borderpad=0.9)
+    marks = [Line2D([], [], color=FLOOR, lw=1.6, label="noise floor")]
+    if any(len(one["by_seed"]) > 1 for one in shown):
+        marks += [Line2D([], [], color=MUTED, lw=1.4, label="90 % of seeds"), Line2D([], [], color=MUTED, lw=6, alpha=0.4, label="median, 95 %")]
+    axes.legend(handles=marks, loc="lower right", bbox_to_anchor=(1, 1.0), borderpad=0.9, ncols=len(marks))
     return figure
 
 
@@ -114,9 +124,8 @@ def stages_figure(rows: list[dict[str, Any]], names: list[str], floors: dict[str
     figure = blank(STAGES_WIDE, head + (HEIGHT + HEAD + FOOT) * len(runs))
     for index, run in enumerate(runs):
         chosen = [row for row in rows if row["run"] == run]
-        axes = panel(
-            figure, (LEFT, head + index * (HEIGHT + HEAD + FOOT), STAGES_WIDE - LEFT - 14, HEIGHT), f"{run}: RMS of the error [{scale.label}]", INDENT
-        )
+        title = f"{run}: RMS of the error [{scale.label}]{best_of(len(names))}"
+        axes = panel(figure, (LEFT, head + index * (HEIGHT + HEAD + FOOT), STAGES_WIDE - LEFT - 14, HEIGHT), title, INDENT)
         for place, (name, color) in enumerate(colors.items()):
             offset = (place - (len(colors) - 1) / 2) * 0.8 / len(colors)
             for group, row in enumerate(chosen):

@@ -188,4 +188,9 @@ def goes_with(method: Record) -> str:
     named = {"constant": "is a constant", "run": "differs from run to run"}
     found = [(name, share) for name, share in method["goes_with"].items() if share >= WORTH_NAMING][:3]
     words = [f"{percent(share)} {named.get(name, f'goes with {name}')}" for name, share in found]
-    return f"Of the mean square that is left, {joined(words)}." if words else "What is left goes with neither temperature, its rate nor time alone."
+    overlap = ", which overlap" if len(words) > 1 else ""
+    return (
+        f"Of the mean square that is left, {joined(words)}{overlap}."
+        if words
+        else "What is left goes with neither temperature, its rate nor time alone."
+    )

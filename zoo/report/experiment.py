@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 from typing import Any
 
 from markupsafe import Markup
@@ -32,7 +33,9 @@ def experiment_drawing(experiment: Record, scale: Scale) -> Markup | None:
     if len({len(curves[name]) for name in CURVES}) > 1:
         return None
     with styled("experiment"):
-        return inline_svg(experiment_figure(curves, scale, _legs(experiment)), f"Proposed run: {experiment.get('name')}. {_separated(experiment)}")
+        return inline_svg(
+            experiment_figure(curves, scale, _legs(experiment)), f"Proposed run: {experiment.get('name')}. Separates {separated(experiment)}."
+        )
 
 
 def _legs(experiment: Record) -> list[list[float]]:
@@ -52,14 +55,14 @@ def experiment_line(experiment: Record | None) -> str | None:
         return None
     hours, evidence = finite(experiment.get("duration_s")), finite(experiment.get("expected_evidence"))
     facts = [f"{significant(hours / 3600.0)} h" if hours else "", f"log Bayes factor {significant(evidence, 2)}" if evidence is not None else ""]
-    return f"to separate {joined(experiment.get('separates'), 'and')}: {experiment['name']} ({', '.join(fact for fact in facts if fact)})"
+    return f"to separate {separated(experiment)}: {experiment['name']} ({', '.join(fact for fact in facts if fact)})"
 
 
 def experiment_settings(experiment: Record) -> list[tuple[str, str]]:
     """Label and value of what a reader should know besides: what the run needs, what else was considered."""
     rows = []
     if experiment.get("input") in NEEDS:
-        rows.append(("Needs, besides a chamber", NEEDS[experiment["input"]]))
+        rows.append(("Needs besides a chamber", NEEDS[experiment["input"]]))
     for number, other in enumerate(experiment.get("alternatives") or [], 1):
         hours, evidence = finite(other.get("duration_s")), finite(other.get("expected_evidence"))
         known = hours is not None and evidence is not None
@@ -74,5 +77,12 @@ def _why_not(experiment: Record, other: Record) -> str:
     return ": longer, for more than is needed" if longer and more and experiment.get("enough") else ""
 
 
-def _separated(experiment: Record) -> str:
-    return f"Separates {joined(experiment.get('separates'))}." if experiment.get("separates") else ""
+def separated(experiment: Record) -> str:
+    """What the run tells apart, ``a and (b or c)`` where b and c stay alike; empty where there is nothing."""
+    names, alike = [str(one) for one in experiment.get("separates") or []], [set(pair) for pair in experiment.get("not_separated") or []]
+    sides: list[list[str]] = []
+    for name in names:
+        with_it = [side for side in sides if any({name, other} in alike for other in side)]
+        joint = [*itertools.chain.from_iterable(with_it), name]
+        sides = [joint if side is with_it[0] else side for side in sides if side not in with_it[1:]] if with_it else [*sides, joint]
+    return joined(f"({joined(side, 'or')})" if len(side) > 1 else side[0] for side in sides) if len(sides) > 1 else joined(names)

@@ -12,7 +12,7 @@ from zoo.artifacts import write_text
 from zoo.report import tables
 from zoo.report.allan_figure import allan_drawing
 from zoo.report.drawings import drawn, ladder_drawing, program_drawing, run_drawings, shades
-from zoo.report.experiment import experiment_drawing, experiment_settings
+from zoo.report.experiment import experiment_drawing, experiment_settings, separated
 from zoo.report.floors import Floors, multiple
 from zoo.report.limits import limit_rows
 from zoo.report.notes import merged
@@ -144,7 +144,7 @@ def _experiment_part(diagnosis: Record, scale: Scale) -> dict[str, Any]:
     experiment = diagnosis.get("next_experiment") or {}
     return {
         "experiment": experiment,
-        "separates": joined(experiment.get("separates")),
+        "separates": separated(experiment),
         "program": experiment_drawing(experiment, scale) or program_drawing(experiment.get("profile")),
         "settings": experiment_settings(experiment),
     }

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from zoo.report.canvas import blank, curve, panel
-from zoo.report.comparison_figure import COLORS, INDENT, LEFT, STAGES_WIDE, UNCOMPENSATED, WIDTH, colors_of, legend_above, legend_height
+from zoo.report.comparison_figure import COLORS, INDENT, LEFT, STAGES_WIDE, UNCOMPENSATED, WIDTH, best_of, colors_of, legend_above, legend_height
 from zoo.report.palette import FLOOR
 from zoo.report.time_figure import draw_temperature, limits
 from zoo.report.wording import Scale
@@ -68,7 +68,7 @@ def run_figure(curves: Curves, floor: float, scale: Scale) -> Figure:
     named = colors | {FLOOR_NAME: FLOOR}
     head = 30 + legend_height([*named])
     figure = blank(WIDTH, head + 500)
-    error = panel(figure, (LEFT, head, 664, 150), f"{curves.run}: error before and after [{scale.label}]", INDENT)
+    error = panel(figure, (LEFT, head, 664, 150), f"{curves.run}: error before and after [{scale.label}]{best_of(_methods(curves))}", INDENT)
     temperature = panel(figure, (LEFT, head + 194, 664, 70), "Temperature [°C]", INDENT, sharex=error)
     close = panel(figure, (LEFT, head + 308, 664, 150), _close_title(colors, scale), INDENT, sharex=error)
     _draw(error, curves, [*colors], colors, scale)
@@ -84,7 +84,7 @@ def halves(curves: Curves, floor: float, scale: Scale) -> tuple[Figure, Figure]:
     shown = {name: colors[name] for name in _closest(colors)} | {FLOOR_NAME: FLOOR}
     head = 30 + max(legend_height([*colors], STAGES_WIDE), legend_height([*shown], STAGES_WIDE))
     figures = []
-    for named, title in ((colors, f"Error before and after [{scale.label}]"), (shown, _close_title(colors, scale))):
+    for named, title in ((colors, f"Error before and after [{scale.label}]{best_of(_methods(curves))}"), (shown, _close_title(colors, scale))):
         figure, wide = blank(STAGES_WIDE, head + 332), STAGES_WIDE - LEFT - 14
         axes = panel(figure, (LEFT, head, wide, 180), title, INDENT)
         temperature = panel(figure, (LEFT, head + 220, wide, 70), "Temperature [°C]", INDENT, sharex=axes)
@@ -101,6 +101,10 @@ def halves(curves: Curves, floor: float, scale: Scale) -> tuple[Figure, Figure]:
 def _colors(curves: Curves) -> dict[str, str]:
     """Of the uncompensated error and the best methods."""
     return colors_of([name for name in curves.left if name != UNCOMPENSATED][: len(COLORS)])
+
+
+def _methods(curves: Curves) -> int:
+    return sum(name != UNCOMPENSATED for name in curves.left)
 
 
 def _closest(colors: Mapping[str, str]) -> list[str]:
