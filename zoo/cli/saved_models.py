@@ -12,7 +12,7 @@ from typing import Any, Protocol, cast
 
 import yaml  # type: ignore[import-untyped]
 
-from zoo.catalog import MODEL_FILE, RANGES_FILE, load_model, save_model
+from zoo.catalog import MODEL_FILE, RANGES_FILE, load_model, names, save_model
 from zoo.errors import InputError
 from zoo.export.files import FORMATS, METADATA
 from zoo.measurements.run import Run
@@ -191,15 +191,15 @@ def physical_values(facts: dict[str, Any]) -> dict[str, Any] | None:
 
 def distinct_names(models: Sequence[Named]) -> list[str]:
     """The models' types, each with what differs between its bearers, and at last a number."""
-    names = [model.kind for model in models]
+    found = [model.kind for model in models]
     told = [_told(model) for model in models]
     for key in TOLD_BY:
         bearers: dict[str, set[str]] = {}
-        for name, facts in zip(names, told, strict=True):
+        for name, facts in zip(found, told, strict=True):
             bearers.setdefault(name, set()).add(facts[key])
-        names = [f"{name}_{facts[key]}" if facts[key] and len(bearers[name]) > 1 else name for name, facts in zip(names, told, strict=True)]
+        found = [f"{name}_{facts[key]}" if facts[key] and len(bearers[name]) > 1 else name for name, facts in zip(found, told, strict=True)]
     seen = dict.fromkeys(TAKEN, 1)
-    return [_numbered(name, seen) for name in names]
+    return [_numbered(name, seen) for name in found]
 
 
 def _told(model: Named) -> dict[str, str]:
@@ -209,6 +209,8 @@ def _told(model: Named) -> dict[str, str]:
     seed = "" if facts.get("init") is None or facts.get("seed") is None else f"seed{facts['seed']}"
     added = "_".join(str(step["added"]) for step in ladder or [] if step.get("added"))
     plain = {key: str(facts.get(key) or "") for key in ("init", "optimizer", "settings")}
+    if not plain["init"] and plain["optimizer"] in names("init"):  # what fits by itself here is a start elsewhere
+        plain |= {"init": f"by_{plain['optimizer']}", "optimizer": ""}
     return {"origin": "" if ladder is None else "refined", "added": added, **plain, "seed": seed}
 
 
