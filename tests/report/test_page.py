@@ -278,7 +278,7 @@ def test_the_next_experiment_with_what_it_would_show(diagnosis: Record, traces: 
     page = render(diagnosis, traces[:1])
     text = visible(page)
     assert "Output if it is mohr, less aging refitted [°/h]" in text
-    assert "Needs, besides a chamber a soak without power before it Alternative 1 a rest" in text
+    assert "Needs besides a chamber a soak without power before it Alternative 1 a rest" in text
     assert 'data-copy="fogzoo simulate hidden=mohr"' in page
     assert "Chamber program of" not in page
 
