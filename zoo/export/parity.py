@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from typing import Any
 
 import torch
 from torch import Tensor
@@ -19,13 +21,39 @@ STEPPED = 1000
 """Rows of each run that are taken one by one."""
 
 
-def differences(model: Model, asked: Model, files: Mapping[str, bytes], tables: Mapping[str, Tensor], refused: Ranges) -> dict[str, float]:
+@dataclass(frozen=True, eq=False)
+class Files:
+    """Exported files as they are loaded; that takes seconds each.
+
+    Attributes:
+        script: ``model.ts``.
+        whole: ``model.pt2``; None where there is none.
+        step: ``step.pt2``, likewise.
+        fresh: (S,) the state before its first row, likewise.
+    """
+
+    script: Any
+    whole: Callable[..., Tensor] | None = None
+    step: Callable[..., tuple[Tensor, Tensor]] | None = None
+    fresh: Tensor | None = None
+
+    @classmethod
+    def of(cls, files: Mapping[str, bytes]) -> Files:
+        """From their contents, by name."""
+        script = load_torchscript(files["model.ts"])
+        if "model.pt2" not in files:
+            return cls(script)
+        whole, step = load_program(files["model.pt2"]), load_program(files["step.pt2"])
+        return cls(script, whole.module(), step.module(), torch.full(step.example_inputs[0][1].shape, torch.nan, dtype=torch.float64))
+
+
+def differences(model: Model, asked: Model, files: Files, tables: Mapping[str, Tensor], refused: Ranges) -> dict[str, float]:
     """Largest differences between files and model over some runs, and between sample by sample and whole runs.
 
     Args:
         model: trained.
         asked: the same, as it was exported: without the raw columns that decide nothing.
-        files: the exported ones by name.
+        files: the exported ones.
         tables: (T, C) raw columns of the model by run.
         refused: ranges outside of which the files refuse to predict.
 
@@ -56,19 +84,18 @@ def differences(model: Model, asked: Model, files: Mapping[str, bytes], tables: 
     return found
 
 
-def _pairs(files: Mapping[str, bytes], x: Tensor, truth: Tensor) -> dict[str, tuple[Tensor, Tensor]]:
+def _pairs(files: Files, x: Tensor, truth: Tensor) -> dict[str, tuple[Tensor, Tensor]]:
     """What has to be equal, by name."""
-    script, first = load_torchscript(files["model.ts"]), x[:STEPPED]
+    script, first = files.script, x[:STEPPED]
+    script.reset()
     forward = script(x)
     pairs = {
         "model.ts forward and the model": (forward, truth),
         "model.ts step and forward": (torch.stack([script.step(row) for row in first]), forward[:STEPPED]),
     }
-    if "model.pt2" in files:
-        whole, step = load_program(files["model.pt2"]), load_program(files["step.pt2"])
-        fresh = torch.full(step.example_inputs[0][1].shape, torch.nan, dtype=torch.float64)
-        pairs["model.pt2 and the model"] = whole.module()(x), truth
-        pairs["step.pt2 and the model"] = _handed_on(step.module(), first, fresh), truth[:STEPPED]
+    if files.whole is not None and files.step is not None and files.fresh is not None:
+        pairs["model.pt2 and the model"] = files.whole(x), truth
+        pairs["step.pt2 and the model"] = _handed_on(files.step, first, files.fresh), truth[:STEPPED]
     return pairs
 
 

@@ -15,8 +15,8 @@ from torch import Tensor
 from zoo.artifacts import replacing
 from zoo.export.files import FORMATS, METADATA, PROGRAM, SCRIPT, STEP
 from zoo.export.narrowed import narrowed
-from zoo.export.parity import AGREEMENT, STEPPED, differences
-from zoo.export.program import load_program, to_programs
+from zoo.export.parity import AGREEMENT, STEPPED, Files, differences
+from zoo.export.program import to_programs
 from zoo.export.torchscript import to_torchscript
 from zoo.measurements.run import OUTPUT
 from zoo.models.base import Model
@@ -67,7 +67,8 @@ def write_export(
     if program:
         files[PROGRAM], files[STEP] = to_programs(asked, own, ranges, refuse_outside)
     tables = dict(recorded) | {"a made-up run": made_up}
-    apart = differences(model, asked, files, tables, ranges if refuse_outside else {})
+    loaded = Files.of(files)
+    apart = differences(model, asked, loaded, tables, ranges if refuse_outside else {})
     metadata = dict(about) | {
         "inputs": list(asked.inputs),
         "input_units": {name: symbol(unit) if name == OUTPUT else input_unit(name) for name in asked.inputs},
@@ -78,7 +79,7 @@ def write_export(
         "room_outside": ROOM,
         "refuse_outside": refuse_outside,
         "step_call": CALL if program else None,
-        "step_state": len(load_program(files[STEP]).example_inputs[0][1]) if program else None,
+        "step_state": None if loaded.fresh is None else len(loaded.fresh),
         "parity": {
             "largest_difference": apart,
             "allowed_over_largest_prediction": AGREEMENT,
