@@ -26,6 +26,8 @@ IN_SIGHT = 2.5
 """RMS over the white noise from which refits of two effects may yet lead to noise."""
 PREFERRED = 1.0
 """Log Bayes factor by which another effect must be likelier to take the place of one that was added."""
+NEAR = 1.2
+"""RMS of a model fitted under the noise that was found, over that under the noise assumed at first, up to which it stands for the runs."""
 ALIKE = 1.0
 """χ² between two fits of the same effects that are one."""
 QUIETER = 0.75
@@ -54,8 +56,12 @@ class Search:
 
     @property
     def as_it_stands(self) -> Solved:
-        """The model that was asked about as it fits the runs best; beside a large walk, what is slow need not be near them."""
-        return self.first or self.base
+        """The model that was asked about, as the noise that was found weighs the runs; as it fits them best where that is far from them.
+
+        Under white noise alone a fit takes what wanders for its own, with error bars that know nothing of it, and predicts other runs worse; beside a
+        walk so large that it hides something slow, the other one leaves that to the walk.
+        """
+        return self.base if self.first is None or self.base.rms <= NEAR * self.first.rms else self.first
 
     def keep(self, final: Solved) -> None:
         """Go on from here."""
