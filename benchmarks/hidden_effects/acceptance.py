@@ -15,8 +15,9 @@ HALF_OCTAVE = 2**0.5
 VISIBLE = "visible RMS"
 UNPREDICTABLE = {"chamber_cycling"}
 """Its phase in another run is nobody's to know."""
-OVERLAPPING = {"hysteresis", "viscoelastic", "sensor_lag", "thermal_gradient", "fixture_rotation"}
-"""What of them is a slope in temperature or goes with the rate is theirs in one form and the base's in another: no numbers to compare."""
+OVERLAPPING = {"hysteresis", "viscoelastic", "sensor_lag", "thermal_gradient", "fixture_rotation", "rate_temperature_coupling"}
+"""What of them is a slope in temperature or goes with the rate is theirs in one form and the base's in another: no numbers to compare. A coupling
+that vanishes at another temperature than 20 °C changes what goes with the rate there."""
 Rows = Sequence[Row]
 
 
