@@ -13,7 +13,7 @@ from zoo.models.graybox import GrayBox
 from zoo.models.hybrid import Hybrid
 
 INPUTS = ["time_s", "temperature_c", "temperature_outer_c", "reference_dph"]
-METRICS = {"epochs": None, "optimizer": "alternating", "unit": "dph", "beyond": {}, "rms": 0.1, "rms_uncompensated": 1.0}
+METRICS = {"epochs": None, "parameters": 20, "optimizer": "alternating", "unit": "dph", "beyond": {}, "rms": 0.1, "rms_uncompensated": 1.0}
 METRICS |= {"rms_check": None, "rms_check_uncompensated": None}
 
 
