@@ -53,6 +53,17 @@ def test_a_sum_of_exponentials_is_taken_apart(start) -> None:
     assert 1 <= found.iterations <= 60
 
 
+def test_a_last_bit_that_a_batch_rounds_otherwise_moves_nothing() -> None:
+    """Whether a parameter moves a column decides what it is counted for; each row of a batch may be rounded in its own way."""
+
+    def rounded(theta: Tensor) -> Tensor:
+        last_bits = 1.0 + 2e-16 * torch.arange(len(theta), dtype=torch.float64)
+        return decays(theta) * last_bits[:, None, None]
+
+    found = fit(rounded, planted((0.6, 4.0), (2.0, -1.5, 0.5)), at(0.5, 5.0), iterations=20)
+    assert found.moves.tolist() == [[True, False, False], [False, True, False]]
+
+
 def test_the_fit_is_where_the_gradient_vanishes() -> None:
     """With noise: no small move of θ, amplitudes projected out, lowers the cost."""
     target = planted((0.6, 4.0), (2.0, -1.5, 0.5)) + 0.05 * torch.randn(600, generator=Generator().manual_seed(1), dtype=torch.float64)

@@ -71,7 +71,7 @@ def _worse(metrics: Mapping[str, Any]) -> Iterator[str]:
     for kind, what_now in advice.items():
         if worse := worse_than_none(metrics[f"rms{kind}"], metrics[f"rms{kind}_uncompensated"]):
             told = f"on the {'check' if kind else 'fitted'} runs {worse}"
-            yield f"{told}; {what_now}" if kind or metrics["epochs"] is not None else told
+            yield f"{told}; {what_now}" if kind or metrics.get("init") else told
             return
 
 
