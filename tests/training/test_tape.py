@@ -6,7 +6,7 @@ import pytest
 import torch
 from torch import Tensor
 
-from zoo.training.tape import KEPT, Recorded, Tape
+from zoo.training.tape import KEPT, Recorded, Tape, _copied
 
 
 def test_a_tape_follows_lists_views_and_changes_in_place() -> None:
@@ -21,6 +21,25 @@ def test_a_tape_follows_lists_views_and_changes_in_place() -> None:
     tape = Tape(function, x)
     for value in (x, 2 * x, x.flip(0)):
         torch.testing.assert_close(tape(value), function(value), rtol=0, atol=0)
+
+
+def test_a_network_s_gradient_is_played_without_copies_and_to_the_last_digit() -> None:
+    columns = torch.randn(2, 50, dtype=torch.float64)
+
+    def function(inner: Tensor, outer: Tensor) -> Tensor:
+        with torch.enable_grad():
+            one, other = inner.detach().requires_grad_(), outer.detach().requires_grad_()
+            loss = (other @ (one @ columns).sigmoid()).tanh().square().sum()
+            return torch.cat([part.flatten() for part in torch.autograd.grad(loss, (one, other))])
+
+    for members in (1, 3):
+        values = [torch.randn(members, *shape, dtype=torch.float64) for shape in ((9, 2), (1, 9))]
+        tape = Tape(function, *values)
+        copied = [place for step in tape.steps if step.func is _copied for place in step.args[1]]
+        assert max(len(place.flatten()) for place in copied) < members * 9 * 50
+        for _ in range(2):
+            torch.testing.assert_close(tape(*values), function(*values), rtol=0, atol=0)
+            values = [torch.randn_like(value) for value in values]
 
 
 def drawn(seed: int):

@@ -36,8 +36,9 @@ class BP(FeatureModel):
     def head(self, features: Tensor) -> Tensor:
         """See `FeatureModel.head`."""
         standardised = self.scaler(features).reshape(-1, features.shape[-1])
-        columns = 2 * cat([standardised, ones_like(standardised[:, :1])], dim=1).T
-        # tanh(u) = 2 σ(2u) − 1, and torch's σ takes a seventh of the time. Samples stand last, in one product for any number of nets under vmap.
+        # tanh(u) = 2 σ(2u) − 1, and torch's σ takes a seventh of the time. Samples stand last, in memory as well, in one product for any number of
+        # nets under vmap.
+        columns = 2 * cat([standardised.T, ones_like(standardised[:, :1]).T])
         nodes = sigmoid(cat([self.hidden.weight, self.hidden.bias.unsqueeze(-1)], dim=1) @ columns)
         # Back to the output's unit in the weights, not in the samples, of which there are more.
         weight = self.output.weight

@@ -181,13 +181,15 @@ class _Plan:
 
 def _filling(one: Operation, args: list[Any], kwargs: dict[str, Any], places: list[Tensor | None]) -> Callable[[], Any]:
     """A call that lays the results of an operation into their places, made once."""
-    out = _with_out(one.function) if len(places) == 1 else None
+    if one.function is torch.ops.aten.bmm.default and args[0].shape[-1] == 1:
+        return _filling(one._replace(function=torch.ops.aten.mul.Tensor), args, kwargs, places)  # The same products in a third of the time.
+    out, name = _with_out(one.function) if len(places) == 1 else (None, "")
     if out:
         # Torch's own name for an operation takes half the time of the operation itself, if it takes the same arguments.
-        named = partial(getattr(torch, one.function.overloadpacket.__name__, _unnamed), *args, **kwargs, out=places[0])
+        named = partial(getattr(torch, one.function.overloadpacket.__name__, _unnamed), *args, **kwargs, **{name: places[0]})
         if _gives(named, places[0], one.gave[0]):
             return named
-    step = partial(out, *args, **kwargs, out=places[0]) if out else partial(_copied, partial(one.function, *args, **kwargs), places)
+    step = partial(out, *args, **kwargs, **{name: places[0]}) if out else partial(_copied, partial(one.function, *args, **kwargs), places)
     step()
     return step
 
@@ -217,12 +219,12 @@ def _copied(call: Callable[[], Any], places: list[Tensor | None]) -> None:
 
 
 @cache
-def _with_out(operation: Any) -> Any:
-    """The same operation that writes its one result into memory given as `out`; None where there is none."""
+def _with_out(operation: Any) -> tuple[Any, str]:
+    """The same operation that writes its one result into memory given, and the name to give it by; None where there is none."""
     wanted = [(one.name, str(one.type)) for one in operation._schema.arguments]
     packet = operation.overloadpacket
     for overload in (getattr(packet, name) for name in packet.overloads()):
         *given, last = overload._schema.arguments
-        if last.is_out and last.name == "out" and [(one.name, str(one.type)) for one in given] == wanted:
-            return overload
-    return None
+        if last.is_out and [(one.name, str(one.type)) for one in given] == wanted:
+            return overload, last.name
+    return None, ""
