@@ -12,6 +12,7 @@ from torch import Generator, Tensor
 
 from zoo.diagnosis.parameters import SLOWLY_KNOWN, fitted_parameters, scores
 from zoo.diagnosis.solved import Solved
+from zoo.effects.bounds import to_unit
 from zoo.fitting.variable_projection import fit
 from zoo.scoring.noise import NoiseModel
 
@@ -76,3 +77,22 @@ def test_error_bars_cover_where_the_noise_is_slower_than_assumed(diagnosis, walk
         errors += [(one["value"] - true) / one["stderr"] for one, true in zip(said, truth, strict=True)]
     assert sum(abs(error) < 2 for error in errors) > 0.83 * len(errors)
     assert 0.6 < math.sqrt(sum(error**2 for error in errors) / len(errors)) < 1.4, "nor are they much too wide"
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("bend", [-0.4, 0.5])
+def test_error_bars_hold_both_laws_of_an_ageing_that_looks_like_either(diagnosis, bend) -> None:
+    """Weak ageing by a logarithm is often fitted by a power, and the other way about, many of a parabola's errors away."""
+    found = diagnosis("aging")
+    assert found.record["missing"] == ["aging"]
+    final, chance, errors = found.search.final, Generator().manual_seed(1), []
+    shape = dict(final.model.named_effects())["aging"].shape
+    bends = torch.tensor([bend, -0.5, -0.1, 0.3], dtype=torch.float64)
+    truth, *starts = torch.cat([final.fit.theta[:-1].expand(4, -1), to_unit(bends.unsqueeze(1), shape)], dim=1)
+    for _ in range(DRAWS):
+        drawn = noisy(final, found.bench.noise, truth, chance)
+        design = drawn.design
+        fits = [drawn.fit, *(fit(design.plain_columns, design.target, start, weigh=design.whitener) for start in starts)]
+        said = fitted_parameters(replace(drawn, fit=min(fits, key=lambda one: one.total)), "dph")["aging"]["bend"]
+        errors.append(abs(said["value"] - bend) / said["stderr"])
+    assert max(errors) < 3

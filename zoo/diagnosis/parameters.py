@@ -6,15 +6,48 @@ import torch
 from torch import Tensor
 
 from zoo.diagnosis.solved import Solved
+from zoo.effects.bounds import to_physical, to_unit
 from zoo.fitting.parameters import Fitted, parameters_of
+from zoo.fitting.projection import project
 
 SLOWLY_KNOWN = 1.3
 """Square of Student's 97.5 % quantile over the normal one, at ten degrees of freedom: the slow part of the noise is known from as few."""
 
+LIKELY = 1.96
+"""Standard errors within which a normal variable lies in 95 % of cases."""
+
 
 def fitted_parameters(solved: Solved, unit: str) -> dict[str, Fitted]:
-    """See `zoo.fitting.parameters.parameters_of`; with the errors that `Solved.slow_noise` makes, where fits are weighted with another."""
-    return parameters_of(solved.model, solved.fit, unit, scores(solved))
+    """See `zoo.fitting.parameters.parameters_of`; with the errors that `Solved.slow_noise` makes, where fits are weighted with another, and so wide
+    that they hold other shapes that explain as much."""
+    covariance = solved.fit.covariance(scores(solved))
+    least = others_as_good(solved, covariance.diagonal().clamp_min(0.0).sqrt())
+    return parameters_of(solved.model, solved.fit, unit, covariance, least)
+
+
+def others_as_good(solved: Solved, errors: Tensor) -> Tensor:
+    """(P,) how wide errors (P+K,) have to be for 1.96 of them to hold those shapes of an effect with one of them that explain nearly as much.
+
+    Nearly: the cost rises by no more than it would, were it a parabola, by 1.96 errors. It is none where one law ends and another begins, or between
+    one line and the next, which is what `Effect.shapes_near` gives. All other parameters are free, to first order.
+    """
+    fit, parameters, at = solved.fit, [one for _, one in solved.model.parameters_of_theta()], len(solved.model.coil_parameters)
+    span_s = max(float(blocks.time[-1] - blocks.time[0]) for blocks in solved.mixtures.runs)
+    least = torch.zeros_like(fit.theta)
+    for _, effect in solved.model.named_effects():
+        near = effect.shapes_near(to_physical(fit.theta, parameters)[at : at + len(effect.shape)], span_s)
+        if len(effect.shape) == 1 and len(near) > 1 and bool(fit.tangent[:, at].any()):
+            theta = fit.theta.repeat(len(near), 1)
+            theta[:, at : at + 1] = to_unit(near, effect.shape).clamp(0.0, 1.0)
+            others = fit.tangent.clone()
+            others[:, at] = 0.0
+            steep = project(torch.cat([fit.columns, others], dim=1), fit.tangent[:, at]).cost
+            costs = project(torch.cat([solved.design.columns(theta), others.expand(len(near), -1, -1)], dim=-1), solved.design.target).cost
+            rise = costs + fit.prior.cost(theta) - min(fit.total, float(costs.min()))
+            away = (theta[:, at] - fit.theta[at]).abs()
+            least[at] = torch.where(rise <= steep * (LIKELY * errors[at]).square(), away, 0.0).max() / LIKELY
+        at += len(effect.shape)
+    return least
 
 
 def scores(solved: Solved) -> Tensor:

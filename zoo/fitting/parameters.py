@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from typing import Any
 
+import torch
 from torch import Tensor
 
 from zoo.effects.base import Parameter
@@ -15,16 +16,19 @@ from zoo.models.graybox import GrayBox
 Fitted = dict[str, dict[str, Any]]
 
 
-def parameters_of(model: GrayBox, fit: Fit, unit: str, expected: Tensor | None = None) -> dict[str, Fitted]:
+def parameters_of(model: GrayBox, fit: Fit, unit: str, covariance: Tensor | None = None, least: Tensor | None = None) -> dict[str, Fitted]:
     """Value, standard error and unit of every parameter, by owner (``"coil"`` or an effect) and name.
 
     Args:
         model: the grey box.
         fit: its fit.
         unit: suffix of the output's unit, which replaces ``unit`` in the declarations.
-        expected: covariance of the scores, see `Fit.covariance`.
+        covariance: (P+K, P+K) of θ and amplitudes, see `Fit.covariance`; by default the fit's own.
+        least: (P,) errors of θ, where theirs are smaller.
     """
-    spread = fit.covariance(expected).diagonal().clamp_min(0.0).sqrt()
+    spread = (fit.covariance() if covariance is None else covariance).diagonal().clamp_min(0.0).sqrt()
+    if least is not None:
+        spread = torch.cat([torch.maximum(spread[: len(least)], least), spread[len(least) :]])
     declared = model.parameters_of_theta()
     parameters = [p for _, p in declared]
     values, factors = to_physical(fit.theta, parameters), slope(fit.theta, parameters)
