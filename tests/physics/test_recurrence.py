@@ -27,7 +27,7 @@ def test_affine_is_the_loop(length: int, least: float) -> None:
     assert torch.allclose(affine(gain, offset, start), torch.stack(states, -1), atol=1e-12)
 
 
-@pytest.mark.parametrize("length", LENGTHS)
+@pytest.mark.parametrize("length", [*LENGTHS, 24 * 64, 24 * 64 + 1, 40_000])
 def test_one_gain_at_every_step_is_the_same_without_the_doubling(length: int) -> None:
     """Slow, fast, and so fast that nothing is left after a step."""
     random = torch.Generator().manual_seed(length)

@@ -1,4 +1,4 @@
-"""Recurrences along time, evaluated for a whole batch at once, by prefix doubling or, where every step is the same, by two products.
+"""Recurrences along time, evaluated for a whole batch at once, by prefix doubling or, where every step is the same, by products.
 
 A first-order lag is a chain of affine maps, a play operator is a chain of clamps; both kinds are closed under composition, so that all T states
 follow in log2(T) vectorised passes instead of T steps (Blelloch 1990, "Prefix sums and their applications"). Exact for any sampling step. What is
@@ -6,8 +6,6 @@ large is first gone through in groups of a few steps, all groups side by side, w
 """
 
 from __future__ import annotations
-
-import math
 
 import torch
 from torch import Tensor
@@ -18,6 +16,8 @@ GROUP = 16
 """Steps in a group."""
 LARGE = 1 << 14
 """Number of elements from which groups are worth it."""
+AT_ONCE, SUMMED = 64, 24
+"""Steps up to which one product with their matrix is fastest, and how many make a group where there are more."""
 
 
 def affine(gain: Tensor, offset: Tensor, start: Tensor) -> Tensor:
@@ -65,7 +65,7 @@ def _is_small(values: Tensor, large: int = LARGE) -> bool:
 
 def _grouped(values: Tensor, size: int = GROUP) -> Tensor:
     """(..., T) -> (..., S, G), G groups of S steps, the last filled up with what nothing comes after."""
-    return torch.nn.functional.pad(values, (0, -values.shape[-1] % size)).unflatten(-1, (-1, size)).transpose(-1, -2).contiguous()
+    return _filled_up(values, size).transpose(-1, -2).contiguous()
 
 
 def _in_a_row(states: list[Tensor], steps: int) -> Tensor:
@@ -79,9 +79,9 @@ def _entering(start: Tensor, after: Tensor) -> Tensor:
 
 
 def geometric(rate: Tensor, offset: Tensor, start: Tensor) -> Tensor:
-    """States of x[k] = e^(−rate)·x[k−1] + offset[k] with x[−1] = start: `affine` for one gain at all steps, as two products with small matrices.
+    """States of x[k] = e^(−rate)·x[k−1] + offset[k] with x[−1] = start: `affine` for one gain at all steps, as products with small matrices.
 
-    Groups of about √T steps are summed from 0 on, side by side; then what enters a group from all before it.
+    Groups of a few steps are summed from 0 on, side by side; what enters a group is left by all before it, a recurrence over the groups.
 
     Args:
         rate: (...), not negative.
@@ -91,14 +91,38 @@ def geometric(rate: Tensor, offset: Tensor, start: Tensor) -> Tensor:
     Returns:
         (..., T).
     """
-    start, steps = resumed(start), offset.shape[-1]
-    size = max(int(math.sqrt(steps)), 1)
-    groups = torch.nn.functional.pad(offset, (0, -steps % size)).unflatten(-1, (-1, size))
-    within = groups @ _powers(rate, size).mT
-    entering = _entering(start, within[..., -1])
-    entering = (_powers(rate * size, entering.shape[-1]) @ entering.unsqueeze(-1)).squeeze(-1)
-    ahead = torch.exp(-rate.unsqueeze(-1) * torch.arange(1, size + 1, dtype=rate.dtype, device=rate.device))
-    return left(torch.addcmul(within, entering.unsqueeze(-1), ahead.unsqueeze(-2)).flatten(-2)[..., :steps], start)
+    start = resumed(start)
+    rates, groups = [rate], [offset]
+    while not _is_short(groups[-1]):
+        within = _from_nothing(rates[-1], _filled_up(groups[-1]))
+        groups[-1] = within
+        groups.append(within[..., -1])
+        rates.append(rates[-1] * within.shape[-1])
+    states = torch.addcmul(_from_nothing(rates[-1], groups[-1].unsqueeze(-2))[..., 0, :], start.unsqueeze(-1), _ahead(rates[-1], groups[-1].shape[-1]))
+    for k in range(len(groups) - 2, -1, -1):
+        number, size = groups[k].shape[-2], groups[k].shape[-1]
+        entering = _entering(start, states[..., :number]).unsqueeze(-1)
+        states = torch.addcmul(groups[k], entering, _ahead(rates[k], size).unsqueeze(-2)).flatten(-2)
+    return left(states[..., : offset.shape[-1]], start)
+
+
+def _is_short(values: Tensor, most: int = AT_ONCE) -> bool:
+    return values.shape[-1] <= most
+
+
+def _filled_up(values: Tensor, size: int = SUMMED) -> Tensor:
+    """(..., T) -> (..., G, S) groups, the last filled up with zeros."""
+    return torch.nn.functional.pad(values, (0, -values.shape[-1] % size)).unflatten(-1, (-1, size))
+
+
+def _from_nothing(rate: Tensor, offset: Tensor) -> Tensor:
+    """(..., G, S) sums within each group."""
+    return offset @ _powers(rate, offset.shape[-1]).mT
+
+
+def _ahead(rate: Tensor, size: int) -> Tensor:
+    """(..., S) what is left of a state after each step of a group."""
+    return torch.exp(-rate.unsqueeze(-1) * torch.arange(1, size + 1, dtype=rate.dtype, device=rate.device))
 
 
 def _powers(rate: Tensor, size: int) -> Tensor:
