@@ -17,7 +17,7 @@ ROOT = Path(__file__).resolve().parents[1]
 FILES = sorted((ROOT / "zoo").rglob("*.py"))
 
 RANK = {
-    "errors": 0, "given": 0, "units": 0, "artifacts": 0, "side_by_side": 0, "processes": 0, "progress": 0,
+    "errors": 0, "given": 0, "units": 0, "artifacts": 0, "side_by_side": 0, "processes": 0, "threads": 0, "progress": 0,
     "physics": 1, "swarm": 1, "scoring": 1,
     "effects": 2, "measurements": 2,
     "models": 3, "simulator": 3,

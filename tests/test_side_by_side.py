@@ -16,7 +16,7 @@ import torch
 
 from zoo import side_by_side as module
 from zoo.side_by_side import side_by_side
-from zoo.training.threads import threads_for
+from zoo.threads import threads_for
 
 HERE = os.getpid()
 LONG_S = 60.0

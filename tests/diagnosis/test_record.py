@@ -153,6 +153,17 @@ def test_the_same_input_gives_the_same_diagnosis(diagnosis, runs, catalogue, bas
     assert json.dumps(again) == json.dumps(diagnosis("bias_step").record)
 
 
+def test_it_works_on_one_thread(runs, catalogue, base) -> None:
+    """On a busy machine two take up to twenty times as long, waiting for each other between small tensors."""
+    before, threads = torch.get_num_threads(), set[int]()
+    torch.set_num_threads(2)
+    try:
+        diagnose(runs()[:1], base, {}, lambda _: threads.add(torch.get_num_threads()))
+        assert (threads, torch.get_num_threads()) == ({1}, 2)
+    finally:
+        torch.set_num_threads(before)
+
+
 def test_the_input_is_left_as_it_was(runs, catalogue, base) -> None:
     given = runs()
     before = [(run.table.clone(), run.error.clone(), run.block.clone()) for run in given]

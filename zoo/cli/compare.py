@@ -24,7 +24,7 @@ from zoo.measurements.run import Run
 from zoo.models.prediction import usable_device
 from zoo.scoring.comparison import UNCOMPENSATED, residuals, rms_by_kind, rms_by_stage
 from zoo.scoring.stages import Stage, bias_stability, label_stages
-from zoo.training.threads import threads_for
+from zoo.threads import threads_for
 from zoo.units import convert, symbol
 
 WHAT_IT_WAS = ("init", "optimizer", "seed")

@@ -27,7 +27,7 @@ from zoo.models.prediction import usable_device
 from zoo.models.streaming import check_streams
 from zoo.progress import progress
 from zoo.report.wording import worse_than_none
-from zoo.training.threads import threads_for
+from zoo.threads import threads_for
 from zoo.units import symbol
 
 RESULT = "compensation.json"

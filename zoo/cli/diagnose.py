@@ -14,7 +14,7 @@ from zoo.cli.inputs import read_data
 from zoo.cli.next_commands import next_commands, refine_words, stub_commands
 from zoo.models.prediction import usable_device
 from zoo.report.unknown_stub import stub_line, write_stub
-from zoo.training.threads import threads_for
+from zoo.threads import threads_for
 
 
 def run(config: DictConfig, out: Path) -> Path:

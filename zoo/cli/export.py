@@ -24,8 +24,8 @@ from zoo.models.graybox import GrayBox
 from zoo.models.hybrid import Hybrid
 from zoo.models.prediction import raw_columns, usable_device
 from zoo.models.ranges import unknown_ranges
+from zoo.threads import threads_for
 from zoo.training.run import versions
-from zoo.training.threads import threads_for
 from zoo.units import symbol
 
 TOLD = ("init", "optimizer", "seed", "average_s", "rms", "rms_check", "rms_uncompensated", "rms_check_uncompensated", "noise_floor", "verdict")

@@ -19,7 +19,7 @@ from zoo.diagnosis.refine import Refinement, check_added
 from zoo.models.base import Model
 from zoo.models.prediction import usable_device
 from zoo.report.unknown_stub import stub_line, write_stub
-from zoo.training.threads import threads_for
+from zoo.threads import threads_for
 
 
 def run(config: DictConfig, out: Path) -> Path:

@@ -25,7 +25,7 @@ from zoo.simulator.settings import Settings
 from zoo.simulator.simulate import fleet
 from zoo.simulator.simulated import Simulated
 from zoo.simulator.simulation import Simulation
-from zoo.training.threads import threads_for
+from zoo.threads import threads_for
 from zoo.units import symbol
 
 MANY_RUNS, MANY_DEVICES = 4, 100_000

@@ -31,6 +31,7 @@ from zoo.fitting.noise import floors_of, noise_of
 from zoo.measurements.run import Run
 from zoo.scoring.noise import effective_samples
 from zoo.side_by_side import side_by_side
+from zoo.threads import threads_for
 
 SCHEMA_VERSION = 1
 UNLIKELY = 1e-3
@@ -106,6 +107,7 @@ def open_bench(runs: list[Run], effects: list[str], catalogue: dict[str, Effect]
     return Workbench(clean, catalogue, noise, NoiseMixtures(clean, noise.white))
 
 
+@threads_for(0)
 def diagnose(runs: list[Run], effects: list[str], catalogue: dict[str, Effect], progress: Callable[[str], None] = lambda _: None) -> Diagnosis:
     """Compare a sum of effects with measurements and say what is missing.
 

@@ -24,6 +24,7 @@ from zoo.models.graybox import GrayBox
 from zoo.models.prediction import predict_blocks
 from zoo.models.reach import beyond
 from zoo.scoring.noise import NoiseModel
+from zoo.threads import threads_for
 
 CHECK_ALLOWED = 1.5
 """RMS over the noise floor beyond which a model is not complete, however like noise it is: on runs that were not fitted, or as it was given."""
@@ -49,6 +50,7 @@ class Refinement:
         return self.solutions[-1].model
 
 
+@threads_for(0)
 def refine(
     runs: list[Run],
     check_runs: list[Run],

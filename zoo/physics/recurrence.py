@@ -98,7 +98,8 @@ def geometric(rate: Tensor, offset: Tensor, start: Tensor) -> Tensor:
         groups[-1] = within
         groups.append(within[..., -1])
         rates.append(rates[-1] * within.shape[-1])
-    states = torch.addcmul(_from_nothing(rates[-1], groups[-1].unsqueeze(-2))[..., 0, :], start.unsqueeze(-1), _ahead(rates[-1], groups[-1].shape[-1]))
+    last = _from_nothing(rates[-1], groups[-1].unsqueeze(-2)).squeeze(-2)
+    states = torch.addcmul(last, start.unsqueeze(-1), _ahead(rates[-1], last.shape[-1]))
     for k in range(len(groups) - 2, -1, -1):
         number, size = groups[k].shape[-2], groups[k].shape[-1]
         entering = _entering(start, states[..., :number]).unsqueeze(-1)

@@ -25,6 +25,7 @@ from zoo.measurements.run import Run
 from zoo.models.base import FeatureModel, Model
 from zoo.models.checks import check_model, check_trainable
 from zoo.models.prediction import usable_device
+from zoo.threads import threads_for
 from zoo.training.checkpoints import save_fitted
 from zoo.training.fine_blocks import samples_of
 from zoo.training.gradient import fit_by_gradient
@@ -37,7 +38,6 @@ from zoo.training.random_init import RandomInit
 from zoo.training.schedule import Schedule
 from zoo.training.scores import score_runs
 from zoo.training.stepwise import Stepwise, fit_stepwise, is_stepwise
-from zoo.training.threads import threads_for
 from zoo.training.weights import weight_vector
 
 EVENTS = "tensorboard"
