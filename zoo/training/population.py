@@ -14,8 +14,8 @@ from torch.overrides import TorchFunctionMode
 from zoo.models.base import FeatureModel
 from zoo.training.tape import Recorded
 
-AT_ONCE = {"cpu": (8, 2048), "cuda": (256, 16_384)}
-"""Particles and samples in one pass: what passes between a small net's layers, a megabyte for nine nodes, then stays in a core's own cache; a GPU
+AT_ONCE = {"cpu": (10, 2048), "cuda": (256, 16_384)}
+"""Particles and samples in one pass: what passes between a small net's layers, 1.5 MB for nine nodes, then hardly leaves a core's own cache; a GPU
 wants to be filled instead."""
 
 
