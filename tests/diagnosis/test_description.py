@@ -15,6 +15,7 @@ from zoo.diagnosis.curve import fitted
 from zoo.diagnosis.description import describe
 from zoo.diagnosis.diagnose import open_bench
 from zoo.diagnosis.form_search import FormBench
+from zoo.diagnosis.form_words import shape_of
 from zoo.diagnosis.free_functions import functions_of, weigh
 from zoo.diagnosis.refine import refine
 from zoo.diagnosis.restless import correlation_time
@@ -204,3 +205,10 @@ def test_the_form_that_is_chosen_is_the_one_that_was_fitted(runs, catalogue, bas
     shape = to_physical(solved.fit.theta[-len(best.effect.shape) or len(solved.fit.theta) :], list(best.effect.shape)).unsqueeze(0)
     own = solved.design.effect_columns(best.effect, solved.design.places(solved.fit.theta), shape, lambda columns: columns)[0]
     assert torch.allclose(own, solved.plain_columns[:, solved.places()[name]], rtol=0, atol=1e-9)
+
+
+def test_places_on_an_axis_keep_the_digits_that_tell_them_apart() -> None:
+    """A supply that moves by millivolts would else go "between 5 and 5 V"."""
+    curve = {"x": [4.9951, 4.998, 5.0, 5.0049], "y": [0.0, 1.0, -1.0, 0.0]}
+    said = shape_of("the column supply_v", "V", curve)
+    assert said == "It goes up and down with the column supply_v between 4.9951 and 5.0049 V: highest at 4.998 V and lowest at 5 V."

@@ -13,6 +13,7 @@ from torch import Generator, Tensor
 from zoo.diagnosis.parameters import SLOWLY_KNOWN, fitted_parameters, scores
 from zoo.diagnosis.solved import Solved
 from zoo.effects.bounds import to_unit
+from zoo.fitting.parameters import ANYWHERE, parameters_of
 from zoo.fitting.variable_projection import fit
 from zoo.scoring.noise import NoiseModel
 
@@ -96,3 +97,15 @@ def test_error_bars_hold_both_laws_of_an_ageing_that_looks_like_either(diagnosis
         said = fitted_parameters(replace(drawn, fit=min(fits, key=lambda one: one.total)), "dph")["aging"]["bend"]
         errors.append(abs(said["value"] - bend) / said["stderr"])
     assert max(errors) < 3
+
+
+def test_of_what_the_runs_say_nothing_no_error_is_told(diagnosis) -> None:
+    """A parameter by which a model moves by next to nothing has a finite error of many times its range."""
+    solved = diagnosis("").search.base
+    one, covariance = solved.model.parameters_of_theta()[0], solved.fit.covariance()
+    known = covariance.clone()
+    known[0, 0] = 1.0
+    covariance[0, 0] = (2 * ANYWHERE) ** 2
+    told = [parameters_of(solved.model, solved.fit, "dph", some)[one[0]][one[1].name]["stderr"] for some in (known, covariance)]
+    assert told[0] > 0
+    assert told[1] is None

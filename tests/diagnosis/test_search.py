@@ -5,11 +5,13 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import replace
+from types import SimpleNamespace
 
 import pytest
 import torch
 from torch import Generator
 
+from zoo.diagnosis import acceptance
 from zoo.diagnosis.acceptance import ACCEPT, FIRST, accepted, convinces
 from zoo.diagnosis.diagnose import Diagnosis, diagnose, open_bench
 from zoo.diagnosis.posterior import hypotheses
@@ -163,6 +165,21 @@ def test_what_lowers_no_rms_must_predict_pieces_better_or_be_overwhelming(diagno
 
     assert convincing("bias_step", "bias_step") == [True, True]
     assert convincing("", "magnetic") == [False, True]
+
+
+@pytest.mark.parametrize(("rms", "noise", "chosen"), [(1.4, False, 0), (1.6, True, 0), (1.6, False, 1)])
+def test_the_likeliest_is_taken_unless_it_leaves_more_than_noise(monkeypatch, rms, noise, chosen) -> None:
+    """Beside much flicker noise what is left is far above the white noise, and still nothing else is missing."""
+    bench = SimpleNamespace(mixtures=SimpleNamespace(white=1.0))
+    trials = [
+        Trial(SimpleNamespace(name=name), SimpleNamespace(rms=rms, cost=cost), evidence, True)
+        for name, evidence, cost in (("a", 30.0, 2.0), ("b", 20.0, 1.0))
+    ]
+    monkeypatch.setattr(acceptance, "segment_cost", lambda _, solved: solved.cost)
+    monkeypatch.setattr(acceptance, "leaves_noise", lambda *_: noise)
+    assert acceptance.best_of(bench, SimpleNamespace(), trials) is trials[chosen]
+    assert acceptance.best_of(bench, SimpleNamespace(), trials[1:]) is trials[1]
+    assert acceptance.best_of(bench, SimpleNamespace(), []) is None
 
 
 def test_the_first_addition_needs_less_evidence_than_one_that_might_correct_it(diagnosis) -> None:

@@ -134,6 +134,19 @@ def test_a_step_happens_in_its_run_only(seen) -> None:
     assert stepped[301:].min() == 1
 
 
+def test_a_step_that_stays_is_there_in_all_later_runs_and_in_those_not_fitted(seen) -> None:
+    effect = build("effects", "bias_step")
+    for run in (1, 2, 3, -1):
+        stays, goes = (column(effect, seen(effect, run=run), 5.0, number) for number in (-2.0, 2.0))
+        if run == 2:
+            torch.testing.assert_close(stays, goes, rtol=0, atol=0)
+        else:
+            assert stays.unique().tolist() == [0.0 if run == 1 else 1.0]
+    numbers = effect.shapes_to_try(36_000.0, 3)[:, 1].unique().tolist()
+    assert numbers == [-2.0, -1.0, 0.0, 1.0, 2.0, 3.0], "in the last run it makes no difference"
+    assert effect.shapes_to_try(36_000.0, 1)[:, 1].unique().tolist() == [0.0]
+
+
 def test_a_field_of_zero_and_a_nominal_supply_do_nothing(seen) -> None:
     for name, column_name, nominal in (("magnetic", "field_ut", 0.0), ("supply_voltage", "supply_v", 5.0)):
         effect = build("effects", name)

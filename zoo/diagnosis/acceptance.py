@@ -75,14 +75,20 @@ def _material(bench: Workbench, before: Solved, after: Solved) -> bool:
     return before.rms**2 - after.rms**2 >= MATERIAL * max(before.rms**2 - bench.mixtures.white**2, 0.0)
 
 
-def best_of(bench: Workbench, convincing: list[Trial]) -> Trial | None:
-    """The one with the strongest evidence; where that leaves much, the one that predicts pieces best which were not fitted.
+def best_of(bench: Workbench, base: Solved, convincing: list[Trial]) -> Trial | None:
+    """The one with the strongest evidence; where that leaves more than noise, the one that predicts pieces best which were not fitted.
 
     Likelihoods compare models of which one is true up to noise. While something else is missing as well, a flexible effect wins by bending to it.
+
+    Args:
+        bench: the runs.
+        base: the model before anything was added.
+        convincing: what may be added, most likely first.
     """
     if not convincing or convincing[0].solved is None:
         return None
-    if convincing[0].solved.rms <= FAR * bench.mixtures.white:
+    likeliest = convincing[0].solved
+    if likeliest.rms <= FAR * bench.mixtures.white or len(convincing) == 1 or leaves_noise(bench, likeliest, base):
         return convincing[0]
     return min(convincing, key=lambda trial: segment_cost(bench, trial.solved) if trial.solved else math.inf)
 

@@ -65,8 +65,8 @@ def shape_of(words: str, unit: str, curve: Curve) -> str:
 
 def _place(x: list[float], i: int) -> str:
     """One value of an axis, no finer than a hundredth of it."""
-    step = 10.0 ** math.floor(math.log10((x[-1] - x[0]) / 50))
-    return number(round(x[i] / step) * step)
+    decimals = -math.floor(math.log10((x[-1] - x[0]) / 50))
+    return number(round(x[i], decimals), digits=12)
 
 
 def number(value: float, digits: int = 3) -> str:

@@ -190,7 +190,7 @@ def _forward(bench: Workbench, found: Search, candidates: list[str], progress: C
     while True:
         step = _round_beside(bench, found.final, found, candidates, progress)
         found.steps.append(step)
-        best = best_of(bench, [trial for trial in step.trials if convinces(bench, found.base, step, trial)])
+        best = best_of(bench, found.base, [trial for trial in step.trials if convinces(bench, found.base, step, trial)])
         if best is None or len(found.missing) >= MOST_ADDED:
             return
         assert best.solved is not None
@@ -262,7 +262,7 @@ def _exchange(bench: Workbench, found: Search, candidates: list[str], progress: 
         best = step.trials[0]
         if best.solved is None or best.evidence <= own + PREFERRED:
             continue
-        if best_of(bench, [best, mine]) is best or leaves_noise(bench, best.solved, found.base):
+        if best_of(bench, found.base, [best, mine]) is best or leaves_noise(bench, best.solved, found.base):
             step.chosen, changed = best.screened.name, True
             found.keep(_finished(bench, found.base, best.solved))
     return changed

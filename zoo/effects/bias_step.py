@@ -16,7 +16,8 @@ ENDS, ENDS_S = 0.01, 300.0
 class BiasStep(Effect):
     """A step at one moment: a fan that switches, a fibre that slips, a laser that hops.
 
-    The moment is counted from the run's start. `run` tells which run it happened in; 0 means at that time in every run, as for a programmed switch.
+    The moment is counted from the run's start. `run` tells which run it happened in; 0 means at that time in every run, as for a programmed switch; −2
+    in run 2, and that it has stayed: the runs after it, in the order of their files, begin with it, and so does any that was not fitted.
     """
 
     name = "bias_step"
@@ -24,10 +25,10 @@ class BiasStep(Effect):
     place = "housing"
     shape = (
         Parameter("onset", 2.0, "h", 0.0, 24.0, source="anywhere in a run", meaning="time from the run's start"),
-        Parameter("run", 0.0, "1", 0.0, 100.0, "index", "an index", "number of the run it happened in, 0 for all"),
+        Parameter("run", 0.0, "1", -100.0, 100.0, "index", "an index", "number of the run it happened in, negative where it stayed; 0 for all"),
     )
     amplitudes = (Parameter("step", 0.0, "unit", -100.0, 100.0, source="engineering prior", meaning="height"),)
-    formula = "A·(t > t0)"
+    formula = "A·(t > t0), and from then on where the run's number is negative"
     source = "Mukhtubaev et al. 2020, ITMO J. 20(4):507 (phase jumps)"
     signature = "constant before and after one moment"
     confused_with = ("aging",)
@@ -38,10 +39,11 @@ class BiasStep(Effect):
         return self.bounded(0, end, span_s / 3600.0 - end)
 
     def shapes_to_try(self, span_s: float, runs: int) -> Tensor:
-        """Onsets all along the longest run (its first 24 h), in each run and in all of them, see `Effect.shapes_to_try`."""
+        """Onsets all along the longest run (its first 24 h), in each run, for good in each but the last, and in all of them, see
+        `Effect.shapes_to_try`."""
         onset = self.shape[0]
         onsets = onset.low + (torch.arange(ONSETS, dtype=torch.float64) + 0.5) / ONSETS * (min(span_s / 3600.0, onset.high) - onset.low)
-        return torch.cartesian_prod(onsets, grid_values(self.shape[1], runs))
+        return torch.cartesian_prod(onsets, torch.cat([grid_values(self.shape[1], runs), -torch.arange(1.0, runs, dtype=onsets.dtype)]))
 
     def shapes_near(self, shape: Tensor, span_s: float) -> Tensor:
         """Onsets from the one tried before to the one tried after, see `Effect.shapes_near`."""
@@ -51,10 +53,10 @@ class BiasStep(Effect):
 
     def columns(self, history: History, shape: Tensor) -> Tensor:
         """0 before and 1 after the onset, rising within one sampling step so that the onset can be refined, see `Effect.columns`."""
-        onset, run = shape[..., 0:1] * 3600.0, shape[..., 1:2]
+        onset, run = shape[..., 0:1] * 3600.0, shape[..., 1:2].round()
         step_s = shortest_step(history.time)
-        here = ((run.round() == 0) | (run.round() == history.run)).to(history.time.dtype)
-        return (((history.time - onset) / step_s + 0.5).clamp(0.0, 1.0) * here).unsqueeze(-1)
+        here, after = (run == 0) | (run.abs() == history.run), (run < 0) & ((-run < history.run) | (history.run < 0))
+        return torch.where(after, 1.0, ((history.time - onset) / step_s + 0.5).clamp(0.0, 1.0) * here).unsqueeze(-1)
 
 
 def shortest_step(time: Tensor) -> Tensor:

@@ -15,6 +15,9 @@ from zoo.models.graybox import GrayBox
 
 Fitted = dict[str, dict[str, Any]]
 
+ANYWHERE = 10.0
+"""Standard error of a nonlinear parameter, in ranges between its bounds, beyond which the runs say nothing of it."""
+
 
 def parameters_of(model: GrayBox, fit: Fit, unit: str, covariance: Tensor | None = None, least: Tensor | None = None) -> dict[str, Fitted]:
     """Value, standard error and unit of every parameter, by owner (``"coil"`` or an effect) and name.
@@ -34,7 +37,8 @@ def parameters_of(model: GrayBox, fit: Fit, unit: str, covariance: Tensor | None
     values, factors = to_physical(fit.theta, parameters), slope(fit.theta, parameters)
     owners: dict[str, Fitted] = {"coil": {}, **{name: {} for name, _ in model.named_effects()}}
     for i, (owner, parameter) in enumerate(declared):
-        owners[owner][parameter.name] = _entry(parameter, values[i], spread[i] * factors[i].abs(), unit)
+        error = spread[i] * factors[i].abs() if float(spread[i]) <= ANYWHERE else values.new_tensor(math.nan)
+        owners[owner][parameter.name] = _entry(parameter, values[i], error, unit)
     at = len(declared)
     for name, effect in model.named_effects():
         for parameter in effect.amplitudes:
