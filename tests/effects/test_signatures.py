@@ -54,7 +54,7 @@ STANDS = {
     "scale_factor_nonlinearity": Stand("constant", False, (1, 1, -1), "value"),
     "misalignment": Stand("constant", False, (1, -1, 1), "value"),
     "magnetic": Stand("constant", False, (1, -1)),
-    "supply_voltage": Stand("constant", False, (1,)),
+    "supply_voltage": Stand("constant", False, (1, 1)),
     "warm_up": Stand("goes on", False, (1, 1)),
     "aging": Stand("goes on", False, (1,)),
     "moisture": Stand("goes on", False, (0, 0)),

@@ -16,8 +16,8 @@ ENDS, ENDS_S = 0.01, 300.0
 class BiasStep(Effect):
     """A step at one moment: a fan that switches, a fibre that slips, a laser that hops.
 
-    The moment is counted from the run's start. `run` tells which run it happened in; 0 means at that time in every run, as for a programmed switch; −2
-    in run 2, and that it has stayed: the runs after it, in the order of their files, begin with it, and so does any that was not fitted.
+    The moment is counted from the run's start. `run` tells which run it happened in; 0 means at that time in every run, as for a programmed switch;
+    −2 in run 2, and that it has stayed: the runs after it, in the order of their files, begin with it, and so does any that was not fitted.
     """
 
     name = "bias_step"
