@@ -51,3 +51,12 @@ def test_what_only_the_piece_itself_shows_is_predicted_as_nothing(decay) -> None
 def test_columns_that_repeat_each_other_or_are_nothing_do_no_harm() -> None:
     columns = torch.cat([slow(), slow(), torch.zeros(N, 1, dtype=torch.float64)], dim=1)
     torch.testing.assert_close(_left_out(columns, noise(), pieces()), _left_out(slow(), noise(), pieces()), rtol=0, atol=1e-3)
+
+
+def test_a_step_in_the_piece_that_is_left_out_is_not_set_against_the_bias_there() -> None:
+    last = pieces()[-1]
+    step = torch.zeros(N, 1, dtype=torch.float64)
+    step[last[5:]] = 1.0
+    columns, target = torch.cat([slow(), step], dim=1), 100.0 + 3.0 * step.squeeze(1) + noise()
+    found, without = (_left_out(some, target, pieces())[last] for some in (columns, slow()))
+    assert float(found.square().mean().sqrt()) < 1.05 * float(without.square().mean().sqrt())

@@ -7,7 +7,7 @@ from torch import Tensor
 
 from zoo.diagnosis.solved import Solved
 from zoo.diagnosis.workbench import Workbench
-from zoo.fitting.projection import project
+from zoo.fitting.projection import RIDGE, project
 
 SEGMENTS, OF_A_RUN = 8, 3
 """Consecutive pieces that are left out one at a time, and how many of one run at least, so that every run keeps most of its blocks. Fewer and longer
@@ -16,8 +16,8 @@ ENOUGH = 5
 """Blocks for each amplitude that other runs must have to predict one."""
 
 HARDLY_SEEN = 1e-4
-"""Share of what all runs know of some amplitudes below which the pieces that are left do not say what they are: those of an early warm-up, where the
-first hour is left out. They count for nothing there, or noise would decide them."""
+"""Share of what all runs know of an amplitude below which the pieces that are left do not say what it is: those of an early warm-up, where the
+first hour is left out. It counts for nothing there, or noise would decide it."""
 
 
 def segment_cost(bench: Workbench, solved: Solved) -> float:
@@ -43,11 +43,20 @@ def _folds(bench: Workbench) -> list[Tensor]:
 
 
 def _left_out(columns: Tensor, target: Tensor, parts: list[Tensor]) -> Tensor:
-    errors, known = [], HARDLY_SEEN**0.5 * torch.linalg.qr(columns, mode="r").R
+    errors, known = [], HARDLY_SEEN**0.5 * _own_lengths(columns).diag()
     for part in parts:
         keep = torch.ones(len(target), dtype=torch.bool, device=target.device)
         keep[part] = False
-        # As if all amplitudes had been seen to be 0, with this share of what the runs know of them.
+        # As if each amplitude alone had been seen to be 0, with this share of what the runs know of it. As if all together had made no error, with
+        # this share of all that is known, a step in the piece that is left out would be set against the static bias there.
         rows, values = torch.cat([columns[keep], known]), torch.cat([target[keep], target.new_zeros(len(known))])
         errors.append(target[part] - columns[part] @ project(rows, values).amplitudes)
     return torch.cat(errors)
+
+
+def _own_lengths(columns: Tensor) -> Tensor:
+    """(K,) norms of what the others do not have of each column (N, K): one over the error of its amplitude in unit noise."""
+    lengths = columns.norm(dim=0)
+    scaled = columns / torch.where(lengths > 0, lengths, 1.0)
+    inverse = torch.linalg.inv(scaled.mT @ scaled + RIDGE * torch.eye(len(lengths), dtype=columns.dtype, device=columns.device))
+    return lengths / inverse.diagonal().sqrt()
