@@ -55,7 +55,8 @@ class BiasStep(Effect):
         """0 before and 1 after the onset, rising within one sampling step so that the onset can be refined, see `Effect.columns`."""
         onset, run = shape[..., 0:1] * 3600.0, shape[..., 1:2].round()
         step_s = shortest_step(history.time)
-        here, after = (run == 0) | (run.abs() == history.run), (run < 0) & ((-run < history.run) | (history.run < 0))
+        now = torch.zeros_like(run) + history.run  # a tensor whether it is a number or one for each of several runs
+        here, after = (run == 0) | (run.abs() == now), (run < 0) & ((now > -run) | (now < 0))
         return torch.where(after, 1.0, ((history.time - onset) / step_s + 0.5).clamp(0.0, 1.0) * here).unsqueeze(-1)
 
 
