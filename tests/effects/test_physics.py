@@ -147,6 +147,12 @@ def test_a_step_that_stays_is_there_in_all_later_runs_and_in_those_not_fitted(se
     assert effect.shapes_to_try(36_000.0, 1)[:, 1].unique().tolist() == [0.0]
 
 
+def test_the_supply_counts_in_proportion_and_by_its_square(seen) -> None:
+    effect = build("effects", "supply_voltage")
+    columns = effect.columns(seen(effect, inputs={"supply_v": 4.5}), effect.shape_value)
+    assert columns.reshape(-1, 2).unique(dim=0).tolist() == [[-0.5, 0.25]]
+
+
 def test_a_field_of_zero_and_a_nominal_supply_do_nothing(seen) -> None:
     for name, column_name, nominal in (("magnetic", "field_ut", 0.0), ("supply_voltage", "supply_v", 5.0)):
         effect = build("effects", name)
