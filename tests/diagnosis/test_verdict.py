@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 
+import numpy as np
 import pytest
 import torch
 from torch import Generator
@@ -49,6 +50,28 @@ def test_a_hidden_effect_is_named(diagnosis, simulation, white, name) -> None:
     assert best["delta_bic"] < -20
     assert record["rms_final"] == pytest.approx(white, rel=0.15)
     assert record["rms"] > 1.15 * record["rms_final"]
+
+
+@pytest.mark.parametrize("seed", [1, 2, 3])
+def test_a_bias_that_goes_with_a_stress_that_relaxes_is_viscoelastic(simulation, catalogue, white, seed) -> None:
+    """Not with its rate, as the simulator's does; step by step at the true coil's temperature, τ of 1.5 h at 20 °C, a decade less every 25 K."""
+    runs, stresses = [], []
+    for recorded in simulation("", seed).runs:
+        run, coil = as_run(recorded), recorded.truth["temperature_coil_c"].numpy()
+        speed = 10 ** (4 * (coil - 20) / 100) / 5400
+        stress = np.zeros(len(run.time))
+        for i, (step_s, warmer) in enumerate(zip(np.diff(run.time.numpy()), np.diff(coil), strict=True)):
+            left = np.exp(-step_s * (speed[i] + speed[i + 1]) / 2)
+            stress[i + 1] = left * stress[i] + warmer * np.sqrt(left)
+        runs.append(run)
+        stresses.append(stress)
+    scale = 3.5 * white / np.sqrt(np.mean(np.concatenate(stresses) ** 2))
+    hidden = [replace(run, error=run.error + torch.from_numpy(scale * stress)) for run, stress in zip(runs, stresses, strict=True)]
+    record = diagnose(hidden, list(BASE), catalogue).record
+    assert (record["verdict"], record["missing"]) == ("missing", ["viscoelastic"])
+    found = record["candidates"][0]["parameters"]["stress"]
+    assert found["value"] == pytest.approx(scale, rel=0.5)
+    assert abs(found["value"]) > 2 * found["stderr"]
 
 
 @pytest.mark.parametrize("name", ABSORBED)

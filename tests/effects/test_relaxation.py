@@ -87,6 +87,17 @@ def test_the_second_branch_is_one_six_times_as_fast(seen) -> None:
     assert float((first[:, 0] - first[:, 1]).abs().max()) > 0.1 * float(first[:, 1].abs().max())
 
 
+def test_the_stress_itself_is_what_relaxes_times_its_time(seen) -> None:
+    """At one τ the two are one curve; where τ falls by decades as it gets hot they are not. Hardly relaxed, it is the warming since then."""
+    history = seen(build("effects", "viscoelastic"))
+    relaxed, _, stress = columns("viscoelastic", history, 2.0, 0.0).T
+    torch.testing.assert_close(stress, 120.0 * relaxed)
+    relaxed, _, stress = columns("viscoelastic", history, 2.0, 4.0).T
+    torch.testing.assert_close(stress * 10 ** (0.04 * (history.temperature - 20.0)), 120.0 * relaxed)
+    assert float(torch.corrcoef(torch.stack([stress, relaxed]))[0, 1]) < 0.9
+    torch.testing.assert_close(columns("viscoelastic", history, 1e9, 3.0)[:, 2], history.temperature - history.temperature[0], rtol=0, atol=1e-4)
+
+
 @pytest.mark.parametrize("name", ["viscoelastic", "moisture", "glass_transition"])
 def test_it_is_finite_wherever_a_thermometer_can_be(name, at) -> None:
     time = torch.arange(0, 200 * 600, 600.0, dtype=torch.float64)

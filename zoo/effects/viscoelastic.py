@@ -14,11 +14,13 @@ FASTER = 6.0
 
 
 class Viscoelastic(Effect):
-    """Relaxation of two Maxwell branches, Σ G_i·s_i/τ_i(T), of a strain that follows the temperature: ds_i/dt = dT/dt − s_i/τ_i(T), s_i = 0 at first.
+    """Two Maxwell branches of a strain that follows the temperature, Σ G_i·s_i/τ_i(T) + H·s_1, with ds_i/dt = dT/dt − s_i/τ_i(T) from s_i = 0.
 
-    A polymer has a spectrum of times (a Prony series); the second branch is six times as fast as the first, at any temperature. The bias goes with
-    the rate of stress, ds/dt = dT/dt − s/τ. Its first part is Mohr's column; the second alone is as good beside Mohr's effect and far better
-    conditioned: where a branch hardly relaxes ds/dt is dT/dt, and s/τ a slow trace of its own. A fast one (τ → 0) is Mohr's column.
+    A polymer has a spectrum of times (a Prony series); the second branch is six times as fast as the first, at any temperature. Light in a winding
+    whose strain changes sees the rate of stress, ds/dt = dT/dt − s/τ. Its first part is Mohr's column; the second alone is as good beside Mohr's
+    effect and far better conditioned: where a branch hardly relaxes ds/dt is dT/dt, and s/τ a slow trace of its own. A fast one (τ → 0) is Mohr's
+    column. What couples polarisations or bends an optical chip goes with the stress itself; at one temperature s/τ and s are one curve, over tens of
+    kelvins they are not, for τ changes by decades.
     """
 
     name = "viscoelastic"
@@ -30,15 +32,16 @@ class Viscoelastic(Effect):
     amplitudes = (
         Parameter("coefficient", 0.0, "unit/(K/min)", -10.0, 10.0, source="prior: of the size of Mohr's C_M", meaning="G"),
         Parameter("fast", 0.0, "unit/(K/min)", -10.0, 10.0, source="prior: as the first", meaning="G of the branch six times as fast"),
+        Parameter("stress", 0.0, "unit/K", -10.0, 10.0, source="prior: of the size of a static bias's slope", meaning="H, of the stress itself"),
     )
-    formula = "G·s/τ(T) + G₂·s₂/τ₂(T),  ds/dt = dT/dt − s/τ(T),  τ(T) = τ20·10^(−k·θ/100 K),  θ = T − 20 °C,  τ₂ = τ/6"
+    formula = "G·s/τ(T) + G₂·s₂/τ₂(T) + H·s,  ds/dt = dT/dt − s/τ(T),  τ(T) = τ20·10^(−k·θ/100 K),  θ = T − 20 °C,  τ₂ = τ/6"
     source = "Maxwell's branches (Prony series); Williams, Landel & Ferry 1955, J. Am. Chem. Soc. 77:3701"
     signature = "decays within hours in the hold after a ramp, faster when hot; opposite sign after cooling"
     confused_with = ("hysteresis", "moisture", "aging", "sensor_lag")
 
     def columns(self, history: History, shape: Tensor) -> Tensor:
-        """What relaxes in a minute in each branch [K/min], see `Effect.columns`."""
+        """What relaxes in a minute in each branch [K/min], and the first one's stress [K], see `Effect.columns`."""
         first = shifted(history.temperature, shape[..., 1:2]) / (SECONDS_PER_HOUR * shape[..., 0:1])
         speed = torch.stack([first, FASTER * first], dim=-2)
-        relaxed = SECONDS_PER_MINUTE * speed * maxwell(history.time, history.temperature.unsqueeze(-2), speed)
-        return relaxed.movedim(-2, -1)
+        stress = maxwell(history.time, history.temperature.unsqueeze(-2), speed)
+        return torch.cat([SECONDS_PER_MINUTE * speed * stress, stress[..., :1, :]], dim=-2).movedim(-2, -1)

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 import numpy as np
 from hidden_effects.body import REFERENCE_C, Array, Body
 from hidden_effects.forms.form import Form, Forms, decade
@@ -46,8 +48,18 @@ def bouc_wen(chance: np.random.Generator) -> Form:
     return Form("bouc_wen", signal)
 
 
-def maxwell(chance: np.random.Generator) -> Form:
-    """Rate of stress of two Maxwell branches, dσ/dt = E·dT/dt − σ/τ(T).
+def stress_rate(chance: np.random.Generator) -> Form:
+    """Rate of stress of two Maxwell branches, dσ/dt = E·dT/dt − σ/τ(T)."""
+    return _branches(chance, "two_branches", lambda run, stress, tau: run.coil_rate - 60.0 * stress / tau)
+
+
+def stress_itself(chance: np.random.Generator) -> Form:
+    """The stress itself of two Maxwell branches."""
+    return _branches(chance, "stress", lambda run, stress, tau: stress)
+
+
+def _branches(chance: np.random.Generator, name: str, seen: Callable[[Body, Array, Array], Array]) -> Form:
+    """A form that sees two branches by their stresses (T,) [K] and times (T,) [s].
 
     Times after Williams, Landel and Ferry 1955, J. Am. Chem. Soc. 77:3701.
     """
@@ -57,19 +69,20 @@ def maxwell(chance: np.random.Generator) -> Form:
 
     def signal(run: Body) -> Array:
         shift = 10 ** (-c1 * run.above / (c2 + run.above))
-        return np.asarray(sum(weight * _stress_rate(run, np.clip(tau * shift, 30.0, 1e7)) for tau, weight in zip(times, weights, strict=True)))
+        slowed = [np.clip(tau * shift, 30.0, 1e7) for tau in times]
+        return np.asarray(sum(weight * seen(run, _stress(run, tau), tau) for tau, weight in zip(slowed, weights, strict=True)))
 
-    return Form("two_branches", signal)
+    return Form(name, signal)
 
 
-def _stress_rate(run: Body, tau: Array) -> Array:
-    """(T,) dσ/dt [K/min] of one branch with E = 1 and times (T,) [s]."""
+def _stress(run: Body, tau: Array) -> Array:
+    """(T,) σ [K] of one branch with E = 1 and times (T,) [s]."""
     step = np.diff(run.coil, prepend=run.coil[0])
     decay = np.exp(-run.step_s / tau)
     stress = np.zeros_like(step)
     for i in range(1, len(step)):
         stress[i] = stress[i - 1] * decay[i] + step[i] * (1 + decay[i]) / 2
-    return run.coil_rate - 60.0 * stress / tau
+    return stress
 
 
 def water(chance: np.random.Generator) -> Form:
@@ -85,4 +98,4 @@ def water(chance: np.random.Generator) -> Form:
     return Form("fickian", signal)
 
 
-FORMS: Forms = {"hysteresis": (preisach, bouc_wen), "viscoelastic": (maxwell,), "moisture": (water,)}
+FORMS: Forms = {"hysteresis": (preisach, bouc_wen), "viscoelastic": (stress_rate, stress_itself), "moisture": (water,)}
