@@ -11,6 +11,7 @@ from torch import Tensor
 
 from zoo.catalog import build
 from zoo.effects.base import Effect, History
+from zoo.models.graybox import UNSEEN
 from zoo.physics.lag import lagged
 
 RAMP = ((0, 20), (1, 20), (2, 50), (8, 50))
@@ -230,17 +231,28 @@ def test_some_do_not_know_the_temperature(name, seen) -> None:
 
 def test_warm_up_is_normalised_and_monotone(seen) -> None:
     warm = build("effects", "warm_up")
-    decays = warm.columns(seen(warm), torch.tensor([1200.0], dtype=torch.float64))
+    decays = warm.columns(seen(warm), torch.tensor([1200.0, 0.0], dtype=torch.float64))
     for decay, fold in zip(decays.T, (20, 2), strict=True):  # the body, and the electronics ten times faster
         assert float(decay[0]) == 1
         assert float(decay[fold]) == pytest.approx(math.exp(-1.0))
         assert bool((torch.diff(decay) < 0).all())
 
 
+@pytest.mark.parametrize(("which", "cold"), [(0, (1, 2, 3, UNSEEN)), (2, (2,)), (-2, (1, 3, UNSEEN))])
+def test_warm_up_is_in_all_runs_or_one_or_all_but_one(which, cold, seen) -> None:
+    warm = build("effects", "warm_up")
+    for run in (1, 2, 3, UNSEEN):
+        found = column(warm, seen(warm, run=run), 1200.0, which)
+        assert bool((found > 0).all()) if run in cold else bool((found == 0).all())
+    assert sorted(set(warm.shapes_to_try(36000.0, 3)[:, 1].tolist())) == [-3, -2, -1, 0, 1, 2, 3]
+    assert sorted(set(warm.shapes_to_try(36000.0, 2)[:, 1].tolist())) == [0, 1, 2], "all but one is the other"
+    assert set(warm.shapes_to_try(36000.0, 1)[:, 1].tolist()) == {0}
+
+
 @pytest.mark.parametrize("bend", [-1.0, -0.3, -0.01, 0.0, 0.01, 0.5, 1.0])
 def test_aging_is_normalised_and_monotone_and_one_of_its_laws(bend, seen) -> None:
     age = build("effects", "aging")
-    drift, hours = column(age, seen(age), bend), seen(age).time / 3600
+    drift, hours = column(age, seen(age), bend, 0.0), seen(age).time / 3600
     assert float(drift[0]) == pytest.approx(0, abs=1e-8)
     assert float(drift[600]) == pytest.approx(1.0), "its amplitude is the drift after 10 h"
     assert bool((torch.diff(drift) > 0).all())
@@ -250,11 +262,12 @@ def test_aging_is_normalised_and_monotone_and_one_of_its_laws(bend, seen) -> Non
 
 def test_aging_by_a_logarithm_goes_over_into_aging_by_a_power(seen) -> None:
     age = build("effects", "aging")
-    drifts = [column(age, seen(age), bend) for bend in (-1e-7, 0.0, 1e-7)]
+    drifts = [column(age, seen(age), bend, 0.0) for bend in (-1e-7, 0.0, 1e-7)]
     for drift in drifts:
         torch.testing.assert_close(drift, seen(age).time / 36000, rtol=1e-5, atol=1e-7)
-    near = age.shapes_near(torch.tensor([0.2], dtype=torch.float64), 36000.0)
+    near, goes_on = age.shapes_near(torch.tensor([0.2, 1.0], dtype=torch.float64), 36000.0).T
     assert float(near[0]) == 0.2
+    assert bool((goes_on == 1).all())
     assert int((near < 0).sum()) == int((near > 0).sum()) - 1, "as many of either law"
 
 

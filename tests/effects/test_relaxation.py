@@ -112,8 +112,8 @@ def test_it_is_finite_wherever_a_thermometer_can_be(name, at) -> None:
 
 def test_at_a_constant_temperature_drying_is_a_long_warm_up(at) -> None:
     time = torch.arange(0, 36000, 60.0, dtype=torch.float64)
-    cool, hot = (columns("moisture", at(time, torch.full_like(time, celsius)), 15.0, 45.0) for celsius in (20.0, 60.0))
-    torch.testing.assert_close(cool, columns("warm_up", at(time, time), 15.0 * 3600)[:, :1].expand(-1, 2))
+    cool, hot = (columns("moisture", at(time, torch.full_like(time, celsius)), 15.0, 45.0, 0.0) for celsius in (20.0, 60.0))
+    torch.testing.assert_close(cool, columns("warm_up", at(time, time), 15.0 * 3600, 0.0)[:, :1].expand(-1, 2))
     faster = math.exp(45e3 / 8.314462618 * (1 / 293.15 - 1 / 333.15))
     torch.testing.assert_close(hot[:, 0], torch.exp(-faster * time / 54000))
     torch.testing.assert_close(hot[:, 1], faster * hot[:, 0])
@@ -121,14 +121,14 @@ def test_at_a_constant_temperature_drying_is_a_long_warm_up(at) -> None:
 
 def test_the_flux_is_the_rate_at_which_the_water_leaves(seen) -> None:
     history = seen(build("effects", "moisture"), step_s=10.0)
-    left, flux = columns("moisture", history, 6.0, 60.0).T
+    left, flux = columns("moisture", history, 6.0, 60.0, 0.0).T
     leaving = -torch.gradient(left, spacing=(history.time / (6.0 * 3600),))[0]
     torch.testing.assert_close(leaving[1:-1], flux[1:-1], rtol=0, atol=2e-3 * float(flux.max()))
 
 
 def test_the_second_heating_finds_the_coil_drier(seen) -> None:
     history = seen(build("effects", "moisture"), knots=((0, 20), (1, 70), (4, 70), (5, 20), (6, 70), (9, 70)))
-    flux = columns("moisture", history, 10.0, 50.0)[:, 1]
+    flux = columns("moisture", history, 10.0, 50.0, 0.0)[:, 1]
     first, second = ((history.time >= low * 3600) & (history.time < high * 3600) for low, high in ((1, 4), (6, 9)))
     assert float(flux[second].max()) < 0.5 * float(flux[first].max())
 

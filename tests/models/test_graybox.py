@@ -62,7 +62,7 @@ def test_the_housing_is_where_its_thermometer_is_whichever_column_that_is() -> N
 def test_assigned_is_what_theta_gives_back(full) -> None:
     theta, amplitudes = drawn(full, seed=2)
     full.assign(theta, amplitudes)
-    near = [0.005 if one.scale == "index" else 1e-12 for _, one in full.parameters_of_theta()]  # whole numbers are rounded
+    near = [0.5 / (one.high - one.low) if one.scale == "index" else 1e-12 for _, one in full.parameters_of_theta()]  # whole numbers are rounded
     assert bool(((full.theta() - theta).abs() <= torch.tensor(near)).all())
     again = full.theta()
     full.assign(again, amplitudes)

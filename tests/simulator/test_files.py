@@ -75,7 +75,7 @@ def test_truth_json_names_every_parameter_with_its_unit(tmp_path: Path) -> None:
     truth = json.loads((write(small_hidden(catalogue), tmp_path) / "truth.json").read_text())
     assert truth["effects"] == ["static_bias"]
     assert truth["hidden"] == ["aging"]
-    assert truth["parameters"]["aging"].keys() == {"bend", "drift"}
+    assert truth["parameters"]["aging"].keys() == {"bend", "goes_on", "drift"}
     assert truth["parameters"]["static_bias"]["slope"]["unit"] == "°/h/K"
     for group in (*truth["parameters"].values(), truth["device"], truth["noise"], truth["rms"]):
         assert all(isinstance(one["value"], float) and one["unit"] for one in group.values())

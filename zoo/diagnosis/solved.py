@@ -12,6 +12,7 @@ from torch import Tensor
 from zoo.diagnosis.elsewhere import Elsewhere
 from zoo.diagnosis.noise_likelihood import START, Likely, NoiseMixtures, Place, with_rows
 from zoo.diagnosis.trimming import trimmed
+from zoo.effects.base import physical_value
 from zoo.fitting.design import Design
 from zoo.fitting.projection import orthonormal
 from zoo.fitting.variable_projection import Fit
@@ -119,6 +120,7 @@ class Solved:
 
     @property
     def whole(self) -> list[str]:
-        """Whose whole numbers there are, to which nothing has a slope."""
-        declared = zip(self.model.parameters_of_theta(), self.fit.moves, strict=True)
-        return [owner for (owner, one), moves in declared if one.scale == "index" and not bool(moves.any())]
+        """Whose whole numbers there are, to which nothing has a slope; those that nearly every gyro has do not count."""
+        declared = zip(self.model.parameters_of_theta(), self.fit.theta, self.fit.moves, strict=True)
+        numbers = [(owner, one, place) for (owner, one), place, moves in declared if one.scale == "index" and not bool(moves.any())]
+        return [owner for owner, one, place in numbers if not (one.usual and float(physical_value(place, one)) == one.default)]

@@ -41,6 +41,7 @@ class Parameter:
         grid: how many values a search should try.
         within: how far most gyros are from the default, as a standard deviation: a factor along a logarithm, else in the parameter's unit; 0 where
             every value between the bounds is as likely.
+        usual: whether nearly every gyro has the default, so that a whole number counts as fitted only where it is another.
     """
 
     name: str
@@ -53,6 +54,7 @@ class Parameter:
     meaning: str = ""
     grid: int = 8
     within: float = 0.0
+    usual: bool = False
 
     def __post_init__(self) -> None:
         """Raises InputError for what no search can go through, where it is written and not in the middle of a fit."""
@@ -173,6 +175,15 @@ class Effect(nn.Module):
             span_s: length of the longest run [s].
         """
         del span_s
+        return self
+
+    def after(self, dwell: Tensor) -> Self:
+        """The effect told how long the gyro was how hot before each run, for what goes on from run to run; by default as it is, else a copy.
+
+        Args:
+            dwell: (R+1, B) [s], see `zoo.effects.clock.dwell_before`.
+        """
+        del dwell
         return self
 
     def bounded(self, place: int, low: float, high: float) -> Self:

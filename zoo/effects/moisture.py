@@ -5,7 +5,8 @@ from __future__ import annotations
 import torch
 from torch import Tensor
 
-from zoo.effects.base import Effect, History, Parameter
+from zoo.effects.base import Effect, History, Parameter, grid_values
+from zoo.effects.clock import GOES_ON, Clock, anew_or_on, told
 from zoo.physics.relaxation import arrhenius, elapsed
 
 SECONDS_PER_HOUR, JOULES_PER_KILOJOULE = 3600.0, 1000.0
@@ -14,8 +15,9 @@ SECONDS_PER_HOUR, JOULES_PER_KILOJOULE = 3600.0, 1000.0
 class Moisture(Effect):
     """Error (a + f·τ20/τ(T))·e^(−u), u = ∫dt/τ(T): the water that is too much strains the winding, and its flux does as a rate of strain does.
 
-    Slowest mode of Fick's diffusion into surroundings that do not change; each run starts as far from them as the others. Diffusion is thermally
-    activated, τ(T) = τ20·exp(E/R·(1/T − 1/T20)), so that a first heating dries the coil and the second finds it dry.
+    Slowest mode of Fick's diffusion into surroundings that do not change; each run starts as far from them as the others, or where the one before
+    has left it (`zoo.effects.clock`). Diffusion is thermally activated, τ(T) = τ20·exp(E/R·(1/T − 1/T20)), so that a first heating dries the coil
+    and the second finds it dry.
     """
 
     name = "moisture"
@@ -23,6 +25,7 @@ class Moisture(Effect):
     shape = (
         Parameter("time", 15.0, "h", 3.0, 50.0, "log", source="prior: 3–50 h", meaning="τ20 at 20 °C", grid=6),
         Parameter("energy", 45.0, "kJ/mol", 20.0, 90.0, source="prior: 30–60 kJ/mol, water in epoxies and acrylates", meaning="E", grid=4),
+        GOES_ON,
     )
     amplitudes = (
         Parameter("strain", 0.0, "unit", -10.0, 10.0, source="prior: up to 0.1 medium, 0.3 tactical", meaning="a, at the start"),
@@ -30,11 +33,27 @@ class Moisture(Effect):
     )
     formula = "(a + f·τ20/τ(T))·e^(−u),  u = ∫dt/τ(T),  τ(T) = τ20·exp(E/R·(1/T − 1/T20))"
     source = "Moisture-induced mechanical strain in gyroscope optical fiber coil (strain measured along the fibre); Fick, Arrhenius"
-    signature = "decays over hours to days from the start of every run, faster when hot; a second heating differs from the first"
+    signature = "decays over hours to days from the start of every run, or of the first, faster when hot; a second heating differs from the first"
     confused_with = ("aging", "warm_up", "viscoelastic")
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.clock = Clock()
+
+    def after(self, dwell: Tensor) -> Moisture:
+        """A copy that knows what went on before each run, see `Effect.after`."""
+        return told(self, dwell)
+
+    def shapes_to_try(self, span_s: float, runs: int) -> Tensor:
+        """Each anew in every run and going on, see `Effect.shapes_to_try`."""
+        del span_s
+        return torch.cartesian_prod(*(grid_values(one, runs) for one in self.shape[:2]), anew_or_on(runs))
 
     def columns(self, history: History, shape: Tensor) -> Tensor:
         """Water left, and its flux over that at 20 °C, both of those at the start, see `Effect.columns`."""
-        faster = arrhenius(history.temperature, JOULES_PER_KILOJOULE * shape[..., 1:2])
-        left = torch.exp(-elapsed(history.time, faster) / (SECONDS_PER_HOUR * shape[..., 0:1]))
+        tau_s, energy, goes_on = SECONDS_PER_HOUR * shape[..., 0:1], JOULES_PER_KILOJOULE * shape[..., 1:2], shape[..., 2:3].round()
+        faster = arrhenius(history.temperature, energy)
+        dwell = self.clock(torch.zeros_like(tau_s) + history.run).squeeze(-2)
+        before = (dwell * arrhenius(self.clock.celsius, energy)).sum(-1, keepdim=True)
+        left = torch.exp(-(elapsed(history.time, faster) + goes_on * before) / tau_s)
         return torch.stack([left, faster * left], dim=-1)

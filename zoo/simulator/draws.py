@@ -85,7 +85,10 @@ def draw_shape(name: str, effect: Effect, scene: Scene, seed: int) -> Tensor:
         scene: what limits them.
         seed: the user's.
     """
-    values = [_visible(name, one, scene, stream(seed, "shape", name, CALLED.get((name, one.name), one.name))) for one in shape_parameters(effect)]
+    called = {one.name: CALLED.get((name, one.name), one.name) for one in effect.shape}
+    values = [
+        one.default if one.usual else _visible(name, one, scene, stream(seed, "shape", name, called[one.name])) for one in shape_parameters(effect)
+    ]
     return torch.tensor(values, dtype=torch.float64)
 
 

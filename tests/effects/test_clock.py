@@ -1,0 +1,97 @@
+"""What ages or dries goes on from run to run as it would have in one run."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import pytest
+import torch
+from torch import Tensor
+
+from zoo.catalog import build
+from zoo.effects.clock import BINS, Clock, dwell_before
+from zoo.models.graybox import UNSEEN
+
+SHAPES = {"aging": ((-0.5,), (0.0,), (0.6,)), "moisture": ((5.0, 30.0), (20.0, 80.0))}
+CUT = 300
+"""Row at which one run of twelve hours is taken for two."""
+
+
+def shape_of(*values: float) -> Tensor:
+    return torch.tensor(values, dtype=torch.float64)
+
+
+@pytest.fixture(params=[(name, shape) for name, shapes in SHAPES.items() for shape in shapes], ids=str)
+def remembering(request):
+    """An effect, and the shapes with which it starts anew and goes on."""
+    name, shape = request.param
+    return build("effects", name), shape_of(*shape, 0.0), shape_of(*shape, 1.0)
+
+
+def later(history, run):
+    """The second part of a run as a file of its own."""
+    fields = {name: getattr(history, name)[CUT:] for name in ("temperature", "rate", "gradient", "thermometer", "reference")}
+    return replace(history, time=history.time[CUT:] - history.time[CUT], run=run, **fields)
+
+
+def test_a_run_cut_in_two_goes_on_as_if_it_had_not_been(remembering, seen) -> None:
+    """But for the temperatures at which time is counted, 2 K apart."""
+    effect, _, on = remembering
+    whole = seen(effect)
+    dwell = dwell_before([(whole.time[: CUT + 1], whole.temperature[: CUT + 1])])
+    found, expected = effect.after(dwell).columns(later(whole, 2), on), effect.columns(whole, on)[CUT:]
+    torch.testing.assert_close(found, expected, rtol=1e-2, atol=0)
+
+
+def test_starting_anew_it_knows_of_nothing_before(remembering, seen) -> None:
+    effect, anew, on = remembering
+    history = seen(effect)
+    told = effect.after(dwell_before([(history.time, history.temperature)] * 2))
+    assert told is not effect
+    torch.testing.assert_close(told.columns(replace(history, run=2), anew), effect.columns(history, anew), rtol=0, atol=0)
+    torch.testing.assert_close(told.columns(history, on), effect.columns(history, anew), rtol=0, atol=0), "nothing is before the first"
+    assert not torch.equal(told.columns(replace(history, run=2), on), told.columns(history, on))
+
+
+def test_what_was_not_fitted_comes_after_all_that_was(remembering, seen) -> None:
+    effect, _, on = remembering
+    history = seen(effect)
+    told = effect.after(dwell_before([(history.time, history.temperature)] * 2))
+    torch.testing.assert_close(told.columns(replace(history, run=UNSEEN), on), told.columns(replace(history, run=3), on), rtol=0, atol=0)
+
+
+def test_runs_together_are_what_each_is_alone(remembering, seen) -> None:
+    effect, anew, on = remembering
+    history, shapes = seen(effect), torch.stack([anew, on, on])
+    told = effect.after(dwell_before([(history.time, history.temperature)] * 3))
+    numbers = torch.tensor([1.0, 3.0], dtype=torch.float64).reshape(-1, 1, 1)
+    fields = {name: getattr(history, name).expand(2, 1, -1) for name in ("temperature", "rate", "gradient", "thermometer", "reference")}
+    together = told.columns(replace(history, run=numbers, **fields), shapes)
+    for one, run in zip(together, (1, 3), strict=True):
+        torch.testing.assert_close(one, told.columns(replace(history, run=run), shapes).expand_as(one), rtol=1e-12, atol=1e-14)
+
+
+def test_time_is_shared_by_the_temperatures_beside_it() -> None:
+    """Its sum is the run's length and its mean the run's; what is colder or hotter than any counts at the end."""
+    time = torch.linspace(0, 36000, 1001, dtype=torch.float64) ** 1.01
+    celsius = 20 + 55 * torch.sin(time / 5000)
+    none, once, twice = dwell_before([(time, celsius), (time, celsius)])
+    assert not bool(none.any())
+    torch.testing.assert_close(twice, 2 * once)
+    assert float(once.sum()) == pytest.approx(float(time[-1] - time[0]))
+    assert float((once * Clock().celsius).sum() / once.sum()) == pytest.approx(float(torch.trapezoid(celsius, time) / (time[-1] - time[0])))
+    _, beyond = dwell_before([(time, celsius * 10)])
+    assert float(beyond.sum()) == pytest.approx(float(once.sum()))
+
+
+def test_a_saved_clock_is_loaded_with_as_many_runs_as_it_knows() -> None:
+    known, other = build("effects", "aging").after(torch.rand(4, BINS, dtype=torch.float64)), build("effects", "aging")
+    other.load_state_dict(known.state_dict())
+    torch.testing.assert_close(other.clock.dwell, known.clock.dwell, rtol=0, atol=0)
+
+
+@pytest.mark.parametrize("name", SHAPES)
+def test_one_run_has_nothing_to_go_on_from(name) -> None:
+    effect = build("effects", name)
+    assert set(effect.shapes_to_try(36000.0, 1)[:, -1].tolist()) == {0.0}
+    assert set(effect.shapes_to_try(36000.0, 2)[:, -1].tolist()) == {0.0, 1.0}
