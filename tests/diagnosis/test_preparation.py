@@ -9,10 +9,10 @@ import torch
 
 from zoo.catalog import build, names
 from zoo.diagnosis.diagnose import diagnose, open_bench
-from zoo.diagnosis.preparation import FAR_FROM_MODEL, FEW_OUTLIERS, check_swing, without_outliers
+from zoo.diagnosis.preparation import FAR_FROM_MODEL, FEW_OUTLIERS, check_swing, without_outliers, without_spikes
 from zoo.errors import InputError
 from zoo.fitting.noise import noise_of
-from zoo.scoring.spikes import spikes
+from zoo.scoring.spikes import scatter, spikes
 
 TIMELESS = {"warm_up", "aging", "bias_step", "supply_voltage", "chamber_cycling", "dead_band"}
 """Effects of time and of recorded inputs."""
@@ -58,6 +58,39 @@ def test_the_few_isolated_blocks_that_a_model_leaves_far_off_go_and_more_of_them
         assert [run.blocks for run in clean] == [given[0].blocks - left, given[1].blocks]
         assert (clean is given) == (left == 0)
         assert len(clean[0].notes) == len(given[0].notes) + (left > 0)
+
+
+@pytest.mark.parametrize("sign", [1.0, -1.0])
+def test_lost_samples_go_without_the_rest_of_their_blocks(runs, catalogue, base, sign) -> None:
+    """More of them than spoiled blocks may be; the model as it stands explains what is left."""
+    given = runs()
+    first, error = given[0], given[0].error.clone()
+    lost = torch.arange(20, len(error), len(error) // 40)
+    error[lost] += sign * 60 * scatter(error)
+    clean, _ = without_spikes([replace(first, error=error), given[1]])
+    assert (clean.block < 0).nonzero().flatten().tolist() == sorted({*lost.tolist(), *(first.block < 0).nonzero().flatten().tolist()})
+    assert clean.blocks == first.blocks
+    assert f"{len(lost)} sample(s) far off their neighbours left out, at t = {float(first.time[lost[0]]):g}, " in clean.notes[-1]
+    torch.testing.assert_close(clean.block_mean(clean.time), first.block_mean(first.time), rtol=0, atol=0.5 * first.average_s)
+    assert diagnose([replace(first, error=error), given[1]], base, catalogue).verdict == "complete"
+
+
+def test_a_block_of_lost_samples_only_is_gone(runs) -> None:
+    first = runs()[0]
+    alone = replace(first, block=torch.arange(len(first.error)), average_s=20.0)
+    error = first.error.clone()
+    error[[100, 200]] += 60 * scatter(error)
+    (clean,) = without_spikes([replace(alone, error=error)])
+    assert clean.blocks == alone.blocks - 2
+    assert clean.block[[99, 100, 101, 200, 201]].tolist() == [99, -1, 100, -1, 199]
+
+
+def test_what_is_far_off_everywhere_is_no_lost_sample(runs) -> None:
+    first = runs()[0]
+    error = first.error.clone()
+    error[::11] += 60 * scatter(error)
+    (clean,) = without_spikes([replace(first, error=error)])
+    assert not any("sample(s)" in note for note in clean.notes)
 
 
 def test_noise_is_seldom_far_off_a_model_and_what_no_noise_is_mostly() -> None:

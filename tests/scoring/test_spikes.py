@@ -6,7 +6,7 @@ import pytest
 import torch
 from torch import Generator, Tensor
 
-from zoo.scoring.spikes import spikes
+from zoo.scoring.spikes import scatter, spikes
 
 SIGMA = 0.01
 
@@ -64,3 +64,16 @@ def test_the_unit_does_not_matter() -> None:
 
 def test_too_short_a_run_has_none() -> None:
     assert not bool(spikes(torch.tensor([0.0, 9.0, 0.0, 0.0]), SIGMA).any())
+
+
+@pytest.mark.parametrize("spoiled", [0, 3, 30])
+def test_the_scatter_is_that_of_the_noise_whatever_a_few_values_do(spoiled) -> None:
+    values = noise(count=3000) + 5 * SIGMA * torch.sin(torch.arange(3000, dtype=torch.float64) / 200)
+    values[:: 3000 // max(spoiled, 1)][:spoiled] += 100 * SIGMA
+    assert scatter(values) == pytest.approx(SIGMA, rel=0.06)
+
+
+def test_the_scatter_of_coarse_steps_is_not_nothing() -> None:
+    values = (noise(count=3000) / (4 * SIGMA)).round() * 4 * SIGMA
+    assert 0.1 * SIGMA < scatter(values) < 3 * SIGMA
+    assert scatter(values[:5]) == float("inf"), "too few to say"

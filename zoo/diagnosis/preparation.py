@@ -11,12 +11,14 @@ from zoo.effects.base import Effect, History
 from zoo.errors import InputError
 from zoo.fitting.noise import levels_of, noise_of
 from zoo.measurements.run import Run
-from zoo.scoring.spikes import off_neighbours, spikes
+from zoo.scoring.spikes import off_neighbours, scatter, spikes
 
 CONSTANT_K = 0.5
 SMALLEST_SWING_K = 5.0
 FEWEST_BLOCKS = 60
 SAMPLES = 61
+MANY_SAMPLES = 0.05
+"""Share of a run's samples above which what is far off its neighbours is no fault of recording."""
 FEW_OUTLIERS = 4
 """More isolated blocks in one run than so many that a model leaves far off are what it lacks."""
 FAR_FROM_MODEL = 3.0
@@ -75,7 +77,8 @@ def reference_varies(runs: list[Run]) -> bool:
 
 
 def without_spikes(runs: list[Run]) -> list[Run]:
-    """The runs without isolated blocks that are no drift, each noted."""
+    """The runs without isolated samples and isolated blocks that are no drift, each noted."""
+    runs = [_without_samples(run, spikes(run.error, scatter(run.error))) for run in runs]
     sigma = noise_of(runs).white
     return [_without(run, spikes(run.block_mean(run.error), level * sigma)) for run, level in zip(runs, levels_of(runs), strict=True)]
 
@@ -105,12 +108,27 @@ def _alone(far: Tensor, values: Tensor) -> Tensor:
     return far & (torch.maximum(beside[:-2], beside[2:]) < ALONE * off)
 
 
+def _without_samples(run: Run, bad: Tensor) -> Run:
+    """One lost sample spoils a mean over a hundred seconds; the others of its block are as good as ever."""
+    bad = bad & (run.block >= 0)
+    if not bad.any() or int(bad.sum()) > MANY_SAMPLES * len(bad):
+        return run
+    kept = torch.where(bad, -1, run.block)
+    left, number = torch.unique(kept, return_inverse=True)
+    block = number - int(bool(left[0] < 0))  # blocks of nothing else are gone
+    note = f"{run.name}: {int(bad.sum())} sample(s) far off their neighbours left out, at t = {_listed(run.time[bad])} s"
+    return replace(run, block=block, notes=(*run.notes, note))
+
+
+def _listed(times: Tensor) -> str:
+    return ", ".join(f"{float(time):g}" for time in times[:4]) + (", …" if len(times) > 4 else "")
+
+
 def _without(run: Run, bad: Tensor) -> Run:
     if not bad.any() or int(bad.sum()) > run.blocks // 20:
         return run
     times = run.block_mean(run.time)[bad]
     number = torch.where(bad, -1, torch.cumsum((~bad).long(), 0) - 1)
     block = torch.where(run.block >= 0, number[run.block.clamp_min(0)], -1)
-    listed = ", ".join(f"{float(time):g}" for time in times[:4]) + (", …" if len(times) > 4 else "")
-    note = f"{run.name}: {int(bad.sum())} block(s) far off their neighbours left out, at t = {listed} s"
+    note = f"{run.name}: {int(bad.sum())} block(s) far off their neighbours left out, at t = {_listed(times)} s"
     return replace(run, block=block, notes=(*run.notes, note))

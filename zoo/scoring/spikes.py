@@ -1,6 +1,8 @@
-"""Blocks that no physics explains: a start-up transient, a knocked table."""
+"""Blocks and samples that no physics explains: a start-up transient, a knocked table."""
 
 from __future__ import annotations
+
+import math
 
 import torch
 from torch import Tensor
@@ -8,6 +10,8 @@ from torch import Tensor
 HALF_WINDOW = 3
 WINDOW = 2 * HALF_WINDOW + 1
 """Blocks that count as neighbours, the one in question among them."""
+GAUSSIAN_MEDIAN, GAUSSIAN_MEAN = 0.6745, 0.7979
+"""Median and mean of the magnitude of Gaussian noise, in standard deviations."""
 
 
 def spikes(values: Tensor, sigma: float, limit: float = 10.0) -> Tensor:
@@ -36,3 +40,15 @@ def off_neighbours(values: Tensor) -> tuple[Tensor, Tensor]:
     windows = padded.unfold(0, WINDOW, 1)
     centre = windows.median(dim=1).values
     return values - centre, (windows - centre.unsqueeze(1)).abs().median(dim=1).values
+
+
+def scatter(values: Tensor) -> float:
+    """White noise of values (N,) one after the other, by how far each is off the mean of the two beside it, whatever a few of them do.
+
+    Of values in coarse steps, most of which are equal, by their mean instead of their median.
+    """
+    if values.numel() < WINDOW:
+        return float("inf")
+    off = (values[1:-1] - (values[:-2] + values[2:]) / 2).abs()
+    typical = float(off.median()) / GAUSSIAN_MEDIAN or float(off.mean()) / GAUSSIAN_MEAN
+    return typical / math.sqrt(1.5)
