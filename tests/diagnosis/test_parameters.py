@@ -89,7 +89,8 @@ def test_error_bars_hold_both_laws_of_an_ageing_that_looks_like_either(diagnosis
     final, chance, errors = found.search.final, Generator().manual_seed(1), []
     shape = dict(final.model.named_effects())["aging"].shape
     bends = torch.tensor([bend, -0.5, -0.1, 0.3], dtype=torch.float64)
-    truth, *starts = torch.cat([final.fit.theta[:-1].expand(4, -1), to_unit(bends.unsqueeze(1), shape)], dim=1)
+    ages = torch.stack([bends, torch.zeros_like(bends)], dim=1)
+    truth, *starts = torch.cat([final.fit.theta[:-2].expand(4, -1), to_unit(ages, shape)], dim=1)
     for _ in range(DRAWS):
         drawn = noisy(final, found.bench.noise, truth, chance)
         design = drawn.design

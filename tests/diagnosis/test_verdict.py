@@ -74,6 +74,27 @@ def test_a_bias_that_goes_with_a_stress_that_relaxes_is_viscoelastic(simulation,
     assert abs(found["value"]) > 2 * found["stderr"]
 
 
+@pytest.mark.parametrize(("name", "seed"), [("aging", 1), ("aging", 2), ("moisture", 1), ("moisture", 2), ("warm_up", 1), ("warm_up", 2)])
+def test_what_does_not_start_anew_with_every_run_is_named(simulation, catalogue, white, name, seed) -> None:
+    """Ageing and drying that go on, across a pause that no file tells of; a warm-up in the first run, after which the gyro is left on."""
+    runs, clock, heat = [], [], []
+    for recorded in simulation("", seed).runs:
+        run = as_run(recorded)
+        runs.append(run)
+        clock.append(run.time.numpy() / 3600 + (clock[-1][-1] + 1.0 if clock else 0.0))
+        heat.append(recorded.truth["temperature_coil_c"].numpy())
+    hours, celsius = np.concatenate(clock), np.concatenate(heat)
+    pace = np.exp(45e3 / 8.314 * (1 / 293.15 - 1 / (celsius + 273.15)))
+    dried = np.concatenate([[0.0], np.cumsum((pace[1:] + pace[:-1]) / 2 * np.diff(hours))]) / 12.0
+    signal = {"aging": np.log1p(hours / 3.0), "moisture": pace * np.exp(-dried), "warm_up": np.exp(-hours / 0.4)}[name]
+    shares = np.split(3.5 * white * signal / signal.std(), [len(clock[0])])
+    hidden = [replace(run, error=run.error + torch.from_numpy(share)) for run, share in zip(runs, shares, strict=True)]
+    record = diagnose(hidden, list(BASE), catalogue).record
+    assert (record["verdict"], record["missing"]) == ("missing", [name])
+    found = record["candidates"][0]["parameters"]
+    assert found["run" if name == "warm_up" else "goes_on"] == {"value": 1.0, "stderr": None, "unit": "1"}
+
+
 @pytest.mark.parametrize("name", ABSORBED)
 def test_an_effect_that_the_model_absorbs_is_not_invented(diagnosis, name) -> None:
     record = diagnosis(name, 1, *([] if name == "sensor_lag" else [FAINT])).record

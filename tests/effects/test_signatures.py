@@ -61,7 +61,7 @@ STANDS = {
     "moisture": Stand("goes on", False, (0, 0)),
     "fixture_rotation": Stand("nothing", True, (-1, -1), "sign"),
     "chamber_cycling": Stand("goes on", None, (1,) * 8),
-    "bias_step": Stand("constant", False, (1, 1)),
+    "bias_step": Stand("constant", False, (1,)),
     "dead_band": Stand("constant", False, (1,), "value"),
 }
 

@@ -26,7 +26,8 @@ def fitted_parameters(solved: Solved, unit: str) -> dict[str, Fitted]:
 
 
 def others_as_good(solved: Solved, errors: Tensor) -> Tensor:
-    """(P,) how wide errors (P+K,) have to be for 1.96 of them to hold those shapes of an effect with one of them that explain nearly as much.
+    """(P,) how wide errors (P+K,) have to be for 1.96 of them to hold those shapes of an effect with one of them, but for whole numbers,
+    that explain nearly as much.
 
     Nearly: the cost rises by no more than it would, were it a parabola, by 1.96 errors. It is none where one law ends and another begins, or between
     one line and the next, which is what `Effect.shapes_near` gives. All other parameters are free, to first order.
@@ -35,18 +36,20 @@ def others_as_good(solved: Solved, errors: Tensor) -> Tensor:
     span_s = max(float(blocks.time[-1] - blocks.time[0]) for blocks in solved.mixtures.runs)
     least = torch.zeros_like(fit.theta)
     for _, effect in solved.model.named_effects():
-        near = effect.shapes_near(to_physical(fit.theta, parameters)[at : at + len(effect.shape)], span_s)
-        if len(effect.shape) == 1 and len(near) > 1 and bool(fit.tangent[:, at].any()):
-            theta = fit.theta.repeat(len(near), 1)
-            theta[:, at : at + 1] = to_unit(near, effect.shape).clamp(0.0, 1.0)
+        places = slice(at, at + len(effect.shape))
+        near = effect.shapes_near(to_physical(fit.theta, parameters)[places], span_s)
+        own = [at + i for i, one in enumerate(effect.shape) if one.scale != "index"]
+        if len(own) == 1 and len(near) > 1 and bool(fit.tangent[:, own].any()):
+            theta, (one,) = fit.theta.repeat(len(near), 1), own
+            theta[:, places] = to_unit(near, effect.shape).clamp(0.0, 1.0)
             others = fit.tangent.clone()
-            others[:, at] = 0.0
-            steep = project(torch.cat([fit.columns, others], dim=1), fit.tangent[:, at]).cost
+            others[:, one] = 0.0
+            steep = project(torch.cat([fit.columns, others], dim=1), fit.tangent[:, one]).cost
             costs = project(torch.cat([solved.design.columns(theta), others.expand(len(near), -1, -1)], dim=-1), solved.design.target).cost
             rise = costs + fit.prior.cost(theta) - min(fit.total, float(costs.min()))
-            away = (theta[:, at] - fit.theta[at]).abs()
-            least[at] = torch.where(rise <= steep * (LIKELY * errors[at]).square(), away, 0.0).max() / LIKELY
-        at += len(effect.shape)
+            away = (theta[:, one] - fit.theta[one]).abs()
+            least[one] = torch.where(rise <= steep * (LIKELY * errors[one]).square(), away, 0.0).max() / LIKELY
+        at = places.stop
     return least
 
 

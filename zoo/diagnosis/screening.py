@@ -24,8 +24,8 @@ class Screened:
     Attributes:
         name: the effect.
         shape: (S,) physical shape that explains most.
-        gain: drop of χ² that its columns give, with everything the model can absorb to first order taken out of them.
-        freedom: parameters it would add.
+        gain: drop of χ² that its columns give, with everything the model can absorb to first order taken out of them, less what an unusual shape costs.
+        freedom: parameters it would add, but for those in which nearly all gyros are the same.
         start: θ (P+S,) of the model with it where that explains more at another coil; None at the model's own.
         looked: θ (P+S,) at the best of other coils, whether it explains more there or not; None where nobody looked.
     """
@@ -82,7 +82,7 @@ class Here:
         """The best of a candidate's shapes."""
         effect = self._bench.effects[name]
         cost, shape = self._beside.searched(effect, self._bench.shapes(name))
-        return Screened(name, shape, (self.total - cost) / self._level, len(effect.amplitudes) + len(effect.shape))
+        return Screened(name, shape, (self.total - cost) / self._level, len(effect.amplitudes) + sum(not one.usual for one in effect.shape))
 
 
 def _elsewhere(bench: Workbench, base: Solved, here: Screened, total: float) -> Screened:

@@ -14,6 +14,8 @@ from zoo.scoring.noise import Whitener
 
 STAGES = 3
 """How often at most the surroundings of the best shape are looked through."""
+UNUSUAL, HALF = 6.0, 0.5
+"""χ² by which another than the usual value must be better: what a parameter costs with some four hundred independent samples."""
 MANY = 50
 """Shapes above which the columns of an effect without memory are computed at the means of each block, in single precision, to find the best."""
 
@@ -51,12 +53,12 @@ class Beside:
         return cls(design, design.places(theta), basis, complement(target, basis).squeeze(-1), whitener, span_s)
 
     def best(self, effect: Effect, shapes: Tensor) -> tuple[float, Tensor]:
-        """χ² that the best of some shapes (G, S) leaves, and that shape (S,)."""
+        """χ² that the best of some shapes (G, S) leaves, with what an unusual one costs, and that shape (S,)."""
         if effect.instant and len(shapes) > MANY:
             columns = self.design.effect_columns_at_means(effect, self.places, shapes, self.whitener)
             shapes = shapes[costs(columns, self.basis, self.residual).argmin()].unsqueeze(0)
         columns = self.design.effect_columns(effect, self.places, shapes, self.whitener, distinct=True)
-        cost, best = costs(columns, self.basis, self.residual).min(dim=0)
+        cost, best = (costs(columns, self.basis, self.residual) + unusual(effect, shapes)).min(dim=0)
         return float(cost), shapes[best]
 
     def closer(self, effect: Effect, cost: float, shape: Tensor) -> tuple[float, Tensor]:
@@ -74,6 +76,12 @@ class Beside:
     def searched(self, effect: Effect, shapes: Tensor) -> tuple[float, Tensor]:
         """The best of some shapes, and closer."""
         return self.closer(effect, *self.best(effect, shapes))
+
+
+def unusual(effect: Effect, shapes: Tensor) -> Tensor:
+    """(G,) what shapes (G, S) cost in χ² whose whole numbers are others than nearly every gyro's."""
+    usual = [(shapes[:, i] - one.default).abs() >= HALF for i, one in enumerate(effect.shape) if one.usual]
+    return UNUSUAL * torch.stack(usual).sum(0) if usual else shapes.new_zeros(len(shapes))
 
 
 def costs(columns: Tensor, basis: Tensor, residual: Tensor) -> Tensor:

@@ -11,7 +11,7 @@ from torch import Tensor
 
 from zoo.diagnosis.noise_likelihood import START, NoiseMixtures, Place
 from zoo.diagnosis.preparation import reference_varies, without_outliers
-from zoo.diagnosis.shape_search import Beside
+from zoo.diagnosis.shape_search import Beside, unusual
 from zoo.diagnosis.solved import Solved
 from zoo.effects.base import Effect
 from zoo.effects.bounds import to_physical, to_unit
@@ -186,8 +186,9 @@ class Workbench:
         others = solved.fit.columns[:, [i for i in range(solved.fit.columns.shape[1]) if i not in own]]
         beside = Beside.whitened(solved.design, solved.fit.theta, others, self.span_s)
         shape = to_physical(solved.fit.theta[at], effect.shape)
-        cost, better = beside.closer(effect, solved.fit.cost, shape)
-        if cost > solved.fit.cost - WORTH_RESHAPING:
+        now = solved.fit.cost + float(unusual(effect, shape.unsqueeze(0)))
+        cost, better = beside.closer(effect, now, shape)
+        if cost > now - WORTH_RESHAPING:
             return []
         theta = solved.fit.theta.clone()
         theta[at] = to_unit(better, effect.shape).to(theta)
@@ -294,8 +295,8 @@ class Workbench:
 
 
 def _released(solved: Solved, added: tuple[str, ...]) -> Tensor:
-    """θ (P,) with what rests on a bound in the middle between both, but for the effects that were added, and where a prior pulls it back."""
-    declared = solved.model.parameters_of_theta()
-    older = torch.tensor([owner not in added and not one.within for owner, one in declared], device=solved.fit.theta.device)
+    """θ (P,) with what rests on a bound in the middle between both, but for the effects that were added, for whole numbers, and where a prior pulls
+    it back."""
+    older = [owner not in added and not one.within and one.scale != "index" for owner, one in solved.model.parameters_of_theta()]
     resting = (solved.fit.theta <= 0.0) | (solved.fit.theta >= 1.0)
-    return torch.where(resting & older, 0.5, solved.fit.theta)
+    return torch.where(resting & torch.tensor(older, device=resting.device), 0.5, solved.fit.theta)

@@ -52,11 +52,10 @@ class Aging(Effect):
         return torch.cartesian_prod(grid_values(self.shape[0], runs), anew_or_on(runs))
 
     def shapes_near(self, shape: Tensor, span_s: float) -> Tensor:
-        """The shape itself and others of either law: no step leads from a logarithm to a power, see `Effect.shapes_near`."""
+        """The shape itself and others of either law, anew and going on: no step leads from one to the other, see `Effect.shapes_near`."""
         del span_s
         other = torch.linspace(-1.0, 1.0, OTHERS, dtype=shape.dtype, device=shape.device)
-        bends = torch.cat([shape[:1], other * other.abs()])
-        return torch.stack([bends, shape[1].expand_as(bends)], dim=-1)
+        return torch.cat([shape.unsqueeze(0), torch.cartesian_prod(other * other.abs(), torch.stack([shape[1], 1.0 - shape[1]]))])
 
     def columns(self, history: History, shape: Tensor) -> Tensor:
         """The normalised logarithm or power, see `Effect.columns`."""

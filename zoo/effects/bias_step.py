@@ -9,8 +9,6 @@ from zoo.effects.base import Effect, History, Parameter, grid_values
 from zoo.physics.carry import after_first, left, resumed, with_last
 
 ONSETS, FINER = 200, 21
-TYPICAL_S = 1200.0
-"""Time in which a step settles, where nothing is known: twice a package's, a fraction of a creep's."""
 ENDS, ENDS_S = 0.01, 300.0
 """Share of the longest run at either end in which no step is looked for, and how long that is at most [s]: what differs there alone is an outlier."""
 
@@ -20,7 +18,6 @@ class BiasStep(Effect):
 
     The moment is counted from the run's start. `run` tells which run it happened in; 0 means at that time in every run, as for a programmed switch;
     −2 in run 2, and that it has stayed: the runs after it, in the order of their files, begin with it, and so does any that was not fitted.
-    Part of it may settle, as a package that a fan cools comes to its new temperature and a fibre that slipped creeps back.
     """
 
     name = "bias_step"
@@ -29,15 +26,9 @@ class BiasStep(Effect):
     shape = (
         Parameter("onset", 2.0, "h", 0.0, 24.0, source="anywhere in a run", meaning="time from the run's start"),
         Parameter("run", 0.0, "1", -100.0, 100.0, "index", "an index", "number of the run it happened in, negative where it stayed; 0 for all"),
-        Parameter(
-            "settling_time", TYPICAL_S, "s", 120.0, 7200.0, "log", source="prior: a package's minutes, a creep's hour", meaning="τ of what settles"
-        ),
     )
-    amplitudes = (
-        Parameter("step", 0.0, "unit", -100.0, 100.0, source="engineering prior", meaning="A, height that stays"),
-        Parameter("settling", 0.0, "unit", -100.0, 100.0, source="engineering prior: as high at most", meaning="S, what settles, at the onset"),
-    )
-    formula = "(A + S·e^(−(t − t0)/τ))·(t > t0), and A from then on where the run's number is negative"
+    amplitudes = (Parameter("step", 0.0, "unit", -100.0, 100.0, source="engineering prior", meaning="height"),)
+    formula = "A·(t > t0), and from then on where the run's number is negative"
     source = "Mukhtubaev et al. 2020, ITMO J. 20(4):507 (phase jumps)"
     signature = "constant before and after one moment"
     confused_with = ("aging",)
@@ -52,27 +43,21 @@ class BiasStep(Effect):
         `Effect.shapes_to_try`."""
         onset = self.shape[0]
         onsets = onset.low + (torch.arange(ONSETS, dtype=torch.float64) + 0.5) / ONSETS * (min(span_s / 3600.0, onset.high) - onset.low)
-        which = torch.cat([grid_values(self.shape[1], runs), -torch.arange(1.0, runs, dtype=onsets.dtype)])
-        return torch.cartesian_prod(onsets, which, onsets.new_tensor([TYPICAL_S]))
+        return torch.cartesian_prod(onsets, torch.cat([grid_values(self.shape[1], runs), -torch.arange(1.0, runs, dtype=onsets.dtype)]))
 
     def shapes_near(self, shape: Tensor, span_s: float) -> Tensor:
-        """Onsets from the one tried before to the one tried after, each with what settles soon, later and late, see `Effect.shapes_near`."""
+        """Onsets from the one tried before to the one tried after, see `Effect.shapes_near`."""
         between = torch.linspace(-1.0, 1.0, FINER, dtype=shape.dtype, device=shape.device) / ONSETS * min(span_s / 3600.0, self.shape[0].high)
         onsets = (shape[0] + between).clamp(self.shape[0].low, self.shape[0].high)
-        settling = TYPICAL_S * torch.tensor([0.25, 1.0, 3.0], dtype=shape.dtype, device=shape.device)
-        return torch.cartesian_prod(onsets, shape[1:2], settling)
+        return torch.stack([onsets, shape[1].expand(FINER)], dim=-1)
 
     def columns(self, history: History, shape: Tensor) -> Tensor:
-        """0 before and 1 after the onset, rising within one sampling step so that the onset can be refined, and what settles of it, see
-        `Effect.columns`."""
+        """0 before and 1 after the onset, rising within one sampling step so that the onset can be refined, see `Effect.columns`."""
         onset, run = shape[..., 0:1] * 3600.0, shape[..., 1:2].round()
         step_s = shortest_step(history.time)
         now = torch.zeros_like(run) + history.run  # a tensor whether it is a number or one for each of several runs
         here, after = (run == 0) | (run.abs() == now), (run < 0) & ((now > -run) | (now < 0))
-        since = history.time - onset
-        rising = (since / step_s + 0.5).clamp(0.0, 1.0) * here
-        settling = rising * torch.exp(-since.clamp_min(0.0) / shape[..., 2:3])
-        return torch.stack([torch.where(after, 1.0, rising), torch.where(after, 0.0, settling)], dim=-1)
+        return torch.where(after, 1.0, ((history.time - onset) / step_s + 0.5).clamp(0.0, 1.0) * here).unsqueeze(-1)
 
 
 def shortest_step(time: Tensor) -> Tensor:

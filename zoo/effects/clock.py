@@ -69,8 +69,12 @@ def anew_or_on(runs: int) -> Tensor:
 
 
 def told(effect: Remembering, dwell: Tensor) -> Remembering:
-    """A copy of an effect with a `Clock` that knows what went on before each run, see `Effect.after`."""
+    """A copy of an effect with a `Clock` that knows what went on before each run, see `Effect.after`; itself where that is known to it."""
+    clock = effect.clock
+    assert isinstance(clock, Clock)
+    if torch.equal(clock.dwell, dwell.to(clock.dwell)):
+        return effect
     copied = copy.deepcopy(effect)
-    assert isinstance(copied.clock, Clock)
-    copied.clock.dwell = dwell.to(copied.clock.dwell)
+    copied.clock = Clock()
+    copied.clock.dwell = dwell.to(clock.dwell)
     return copied
