@@ -24,7 +24,8 @@ class Screened:
     Attributes:
         name: the effect.
         shape: (S,) physical shape that explains most.
-        gain: drop of χ² that its columns give, with everything the model can absorb to first order taken out of them, less the price of an unusual shape.
+        gain: drop of χ² that its columns give, with everything the model can absorb to first order taken out of them, less the price of an
+            unusual shape.
         freedom: parameters it would add, but for those in which nearly all gyros are the same.
         start: θ (P+S,) of the model with it where that explains more at another coil; None at the model's own.
         looked: θ (P+S,) at the best of other coils, whether it explains more there or not; None where nobody looked.
