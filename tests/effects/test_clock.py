@@ -11,8 +11,12 @@ from torch import Tensor
 from zoo.catalog import build
 from zoo.effects.clock import BINS, Clock, dwell_before
 from zoo.models.graybox import UNSEEN
+from zoo.simulator.gyros.presets import gyro_class
+from zoo.simulator.laboratory.profiles import campaign, tour
+from zoo.simulator.simulate import simulate
 
 SHAPES = {"aging": ((-0.5,), (0.0,), (0.6,)), "moisture": ((5.0, 30.0), (20.0, 80.0))}
+PROFILE = campaign([tour(20, [(60, 1.0, 3600), (20, 1.0, 3600)], 3600)], tour(20, [(0, 1.0, 3600)], 3600))
 CUT = 300
 """Row at which one run of twelve hours is taken for two."""
 
@@ -95,3 +99,21 @@ def test_one_run_has_nothing_to_go_on_from(name) -> None:
     effect = build("effects", name)
     assert set(effect.shapes_to_try(36000.0, 1)[:, -1].tolist()) == {0.0}
     assert set(effect.shapes_to_try(36000.0, 2)[:, -1].tolist()) == {0.0, 1.0}
+
+
+@pytest.mark.parametrize("name", SHAPES)
+def test_it_counts_where_the_run_is(name, seen) -> None:
+    """On a device that holds no numbers, whatever the clock was told elsewhere."""
+    effect, history = build("effects", name).after(torch.rand(3, BINS, dtype=torch.float64)), seen(build("effects", name))
+    away = {one: getattr(history, one).to("meta") for one in ("time", "temperature", "rate", "gradient", "thermometer", "reference")}
+    assert effect.columns(replace(history, **away), shape_of(*SHAPES[name][0], 1.0).to("meta")).device.type == "meta"
+
+
+def test_a_simulated_gyro_goes_on_as_well() -> None:
+    """As in the chamber: the check run comes after all the others."""
+    given = {"aging": {"bend": -1.0, "goes_on": 1.0, "drift": 0.1}}
+    gyros = simulate(gyro_class("medium"), PROFILE, {"aging": build("effects", "aging")}, parameters=given, runs=2, seed=1, sample_s=60.0)
+    first, second, check = (one.truth["aging_dph"] for one in (*gyros.runs, gyros.check))
+    for before, after in ((first, second), (second, check)):
+        assert float(after[0]) == pytest.approx(float(before[-1]), rel=1e-3)
+        assert bool((after.diff() > 0).all())

@@ -35,7 +35,7 @@ class Clock(nn.Module):
     def forward(self, run: Tensor) -> Tensor:
         """Time at each temperature before runs of these numbers (...,) -> (..., B) [s]; a run that was not fitted comes after all that were."""
         last = len(self.dwell) - 1
-        return self.dwell[torch.where(run < 0, last, run - 1).clamp(0, last).long()]
+        return self.dwell.to(run.device)[torch.where(run < 0, last, run - 1).clamp(0, last).long()]
 
     def _load_from_state_dict(self, state_dict: dict[str, Any], prefix: str, *rest: Any) -> None:
         """Take as many runs as were saved."""
@@ -59,7 +59,7 @@ def dwell_before(runs: Iterable[tuple[Tensor, Tensor]]) -> Tensor:
         below = place.floor().clamp_max(BINS - 2)
         step_s, share = torch.diff(time).double(), place - below
         low = torch.bincount(below.long(), step_s * (1 - share), BINS)
-        found.append(found[-1] + low + torch.bincount(below.long() + 1, step_s * share, BINS))
+        found.append(found[-1] + (low + torch.bincount(below.long() + 1, step_s * share, BINS)).cpu())
     return torch.stack(found)
 
 

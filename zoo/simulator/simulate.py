@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import torch
 from torch import Tensor
 
 from zoo.effects.base import Effect
+from zoo.effects.clock import dwell_before
 from zoo.errors import InputError
 from zoo.simulator.draws import check_given
 from zoo.simulator.gyros.device import Device, draw
@@ -130,6 +131,8 @@ def _simulated(order: Order, devices: list[Device]) -> Iterator[Simulation]:
     labels = range(1, order.settings.runs + 1)
     runs = [scenario(devices, order.profile.of(label), label, order.chamber, order.settings) for label in labels]
     check = scenario(devices, order.profile.check, "check", order.chamber, order.settings)
+    dwell = dwell_before((run.time.cpu(), run.program.asked(run.time.cpu())) for run in runs)  # of the chamber: the same for all devices
+    order = replace(order, effects=_told(order.effects, dwell), catalogue=_told(order.catalogue, dwell))
     shares = _shares(order, runs)
     parts = [_parts(run, shares) for run in (*runs, check)]
     for row, device in enumerate(devices):
@@ -137,6 +140,10 @@ def _simulated(order: Order, devices: list[Device]) -> Iterator[Simulation]:
         recorded = [record(run, row, part[row], noise) for run, part in zip((*runs, check), parts, strict=True)]
         hidden = tuple(name for name in shares[row] if name not in order.effects)
         yield Simulation(device, shares[row], hidden, noise, recorded[:-1], recorded[-1], order.settings, order.chamber)
+
+
+def _told(effects: Mapping[str, Effect], dwell: Tensor) -> dict[str, Effect]:
+    return {name: effect.after(dwell) for name, effect in effects.items()}
 
 
 def _shares(order: Order, runs: Sequence[Scenario]) -> list[dict[str, Share]]:
