@@ -11,7 +11,7 @@ from functools import cached_property, partial
 import torch
 from torch import Tensor
 
-from zoo.diagnosis.shape_search import Beside, costs
+from zoo.diagnosis.shape_search import Beside, costs, unusual
 from zoo.effects.base import Effect, History
 from zoo.effects.bounds import to_unit
 from zoo.fitting.design import Design, close_starts, coarse_starts
@@ -63,11 +63,12 @@ class Elsewhere:
         many = len(shapes) > 1
         coils = self._close if many and effect.sharp else self.some if many else self._all
         columns = self.design.effect_columns_at_means if many else partial(self.design.effect_columns, distinct=True)
+        price = unusual(effect, shapes)
         same = None if effect.place == "coil" else columns(effect, coils[0].places, shapes)
 
         def best_at(coil: Coil) -> tuple[float, Tensor]:
             tried = columns(effect, coil.places, shapes) if same is None else same
-            cost, best = costs(tried, coil.basis, coil.residual).min(dim=0)
+            cost, best = (costs(tried, coil.basis, coil.residual) + price).min(dim=0)
             return float(cost + self.design.prior.cost(coil.theta)), shapes[best]
 
         (_, shape), coil = min(zip(map(best_at, coils), coils, strict=True), key=lambda each: each[0][0])

@@ -5,7 +5,7 @@ from __future__ import annotations
 import torch
 from torch import Tensor
 
-from zoo.effects.base import Effect, History, Parameter
+from zoo.effects.base import Effect, History, Parameter, grid_values
 from zoo.physics.relaxation import maxwell, shifted
 
 SECONDS_PER_HOUR, SECONDS_PER_MINUTE = 3600.0, 60.0
@@ -14,13 +14,13 @@ FASTER = 6.0
 
 
 class Viscoelastic(Effect):
-    """Two Maxwell branches of a strain that follows the temperature, Σ G_i·s_i/τ_i(T) + H·s_1, with ds_i/dt = dT/dt − s_i/τ_i(T) from s_i = 0.
+    """Two Maxwell branches of a strain that follows the temperature, Σ G_i·s_i/τ_i(T), with ds_i/dt = dT/dt − s_i/τ_i(T) from s_i = 0.
 
     A polymer has a spectrum of times (a Prony series); the second branch is six times as fast as the first, at any temperature. Light in a winding
     whose strain changes sees the rate of stress, ds/dt = dT/dt − s/τ. Its first part is Mohr's column; the second alone is as good beside Mohr's
     effect and far better conditioned: where a branch hardly relaxes ds/dt is dT/dt, and s/τ a slow trace of its own. A fast one (τ → 0) is Mohr's
-    column. What couples polarisations or bends an optical chip goes with the stress itself; at one temperature s/τ and s are one curve, over tens of
-    kelvins they are not, for τ changes by decades.
+    column. What couples polarisations or bends an optical chip goes with the stress itself, G_i·s_i/τ_i(20 °C): at one temperature the two are one
+    curve, over tens of kelvins they are not, for τ changes by decades.
     """
 
     name = "viscoelastic"
@@ -28,20 +28,27 @@ class Viscoelastic(Effect):
     shape = (
         Parameter("time", 2.0, "h", 0.2, 10.0, "log", source="prior: 0.3–5 h", meaning="τ at 20 °C", grid=6),
         Parameter("shift", 3.0, "1/(100 K)", 0.0, 8.0, source="Trufanov, PMC12846046: a coating's tangent is 4 at 20 °C", meaning="decades", grid=4),
+        Parameter("of_stress", 0.0, "1", 0.0, 1.0, "index", "an option", "1: goes with the stress itself, 0: with its rate", usual=True),
     )
     amplitudes = (
         Parameter("coefficient", 0.0, "unit/(K/min)", -10.0, 10.0, source="prior: of the size of Mohr's C_M", meaning="G"),
         Parameter("fast", 0.0, "unit/(K/min)", -10.0, 10.0, source="prior: as the first", meaning="G of the branch six times as fast"),
-        Parameter("stress", 0.0, "unit/K", -10.0, 10.0, source="prior: of the size of a static bias's slope", meaning="H, of the stress itself"),
     )
-    formula = "G·s/τ(T) + G₂·s₂/τ₂(T) + H·s,  ds/dt = dT/dt − s/τ(T),  τ(T) = τ20·10^(−k·θ/100 K),  θ = T − 20 °C,  τ₂ = τ/6"
+    formula = "G·s/τ + G₂·s₂/τ₂ with τ(T), or τ20 of the stress itself,  ds/dt = dT/dt − s/τ(T),  τ(T) = τ20·10^(−k·(T − 20 °C)/100 K),  τ₂ = τ/6"
     source = "Maxwell's branches (Prony series); Williams, Landel & Ferry 1955, J. Am. Chem. Soc. 77:3701"
     signature = "decays within hours in the hold after a ramp, faster when hot; opposite sign after cooling"
     confused_with = ("hysteresis", "moisture", "aging", "sensor_lag")
 
+    def shapes_to_try(self, span_s: float, runs: int) -> Tensor:
+        """With the rate of stress and with the stress, see `Effect.shapes_to_try`."""
+        del span_s
+        return torch.cartesian_prod(*(grid_values(one, runs) for one in self.shape[:2]), torch.tensor([0.0, 1.0], dtype=torch.float64))
+
     def columns(self, history: History, shape: Tensor) -> Tensor:
-        """What relaxes in a minute in each branch [K/min], and the first one's stress [K], see `Effect.columns`."""
-        first = shifted(history.temperature, shape[..., 1:2]) / (SECONDS_PER_HOUR * shape[..., 0:1])
-        speed = torch.stack([first, FASTER * first], dim=-2)
-        stress = maxwell(history.time, history.temperature.unsqueeze(-2), speed)
-        return torch.cat([SECONDS_PER_MINUTE * speed * stress, stress[..., :1, :]], dim=-2).movedim(-2, -1)
+        """What relaxes in a minute in each branch [K/min], at its time or at that of 20 °C, see `Effect.columns`."""
+        of_stress = shape[..., 2:3].round()
+        faster = shifted(history.temperature, shape[..., 1:2])
+        times = SECONDS_PER_HOUR * torch.stack([shape[..., 0:1], shape[..., 0:1] / FASTER], dim=-2)
+        stress = maxwell(history.time, history.temperature.unsqueeze(-2), faster.unsqueeze(-2) / times)
+        seen = torch.where(of_stress > 0, 1.0, faster).unsqueeze(-2)
+        return (SECONDS_PER_MINUTE * seen / times * stress).movedim(-2, -1)
