@@ -102,10 +102,9 @@ def test_evidence_is_antisymmetric_and_none_against_itself(diagnosis) -> None:
 
 
 def test_evidence_adds_along_a_path(diagnosis) -> None:
-    """Of effects of one amplitude each: what is trimmed of others depends on what is beside them."""
-    found = diagnosis("aging")
+    found = diagnosis("bias_step")
     bench, base, final = found.bench, found.search.base, found.search.final
-    more = bench.add(final, "hysteresis")
+    more = bench.add(final, "warm_up")
     assert bench.evidence(base, more) == pytest.approx(bench.evidence(base, final) + bench.evidence(final, more))
     assert bench.evidence(final, more) < 5, "what is not there is not supported"
 

@@ -53,7 +53,7 @@ def test_starting_anew_it_knows_of_nothing_before(remembering, seen) -> None:
     told = effect.after(dwell_before([(history.time, history.temperature)] * 2))
     assert told is not effect
     torch.testing.assert_close(told.columns(replace(history, run=2), anew), effect.columns(history, anew), rtol=0, atol=0)
-    torch.testing.assert_close(told.columns(history, on), effect.columns(history, anew), rtol=0, atol=0), "nothing is before the first"
+    torch.testing.assert_close(told.columns(history, on), effect.columns(history, anew), rtol=0, atol=0)  # nothing is before the first
     assert not torch.equal(told.columns(replace(history, run=2), on), told.columns(history, on))
 
 

@@ -56,7 +56,7 @@ class Beside:
         """χ² that the best of some shapes (G, S) leaves, with what an unusual one costs, and that shape (S,)."""
         if effect.instant and len(shapes) > MANY:
             columns = self.design.effect_columns_at_means(effect, self.places, shapes, self.whitener)
-            shapes = shapes[costs(columns, self.basis, self.residual).argmin()].unsqueeze(0)
+            shapes = shapes[(costs(columns, self.basis, self.residual) + unusual(effect, shapes)).argmin()].unsqueeze(0)
         columns = self.design.effect_columns(effect, self.places, shapes, self.whitener, distinct=True)
         cost, best = (costs(columns, self.basis, self.residual) + unusual(effect, shapes)).min(dim=0)
         return float(cost), shapes[best]

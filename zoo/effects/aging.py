@@ -5,8 +5,8 @@ from __future__ import annotations
 import torch
 from torch import Tensor
 
-from zoo.effects.base import Effect, History, Parameter, grid_values
-from zoo.effects.clock import GOES_ON, Clock, anew_or_on, told
+from zoo.effects.base import History, Parameter, grid_values
+from zoo.effects.clock import GOES_ON, Continuing, anew_or_on
 
 LATE_S, HOUR_S = 36000.0, 3600.0
 STEEPEST = 0.7
@@ -17,7 +17,7 @@ LEAST = 1e-30
 """Least that a logarithm or a power is taken of; a line in time to rounding."""
 
 
-class Aging(Effect):
+class Aging(Continuing):
     """Drift A·ln(1 + t/τ)/ln(1 + 10 h/τ), τ = 1 h/|β|, or for β > 0 A·(t/10 h)^(1 − 0.7·β), t since the run's first sample, or the first run's.
 
     A population of relaxations with a broad spread of rates gives the logarithm; what diffuses, such as what leaves a coating, gives a root, whose
@@ -37,14 +37,6 @@ class Aging(Effect):
     source = "logarithmic ageing: Primak 1955, Phys. Rev. 100:1677; roots: Crank 1975, The Mathematics of Diffusion, 2.4"
     signature = "monotone in time, whatever the temperature does"
     confused_with = ("moisture", "warm_up", "viscoelastic")
-
-    def __init__(self) -> None:
-        super().__init__()
-        self.clock = Clock()
-
-    def after(self, dwell: Tensor) -> Aging:
-        """A copy that knows what went on before each run, see `Effect.after`."""
-        return told(self, dwell)
 
     def shapes_to_try(self, span_s: float, runs: int) -> Tensor:
         """Of either law, each anew in every run and going on, see `Effect.shapes_to_try`."""

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import copy
 from collections.abc import Iterable
-from typing import Any, TypeVar
+from typing import Any, Self
 
 import torch
 from torch import Tensor, nn
@@ -14,8 +14,6 @@ from zoo.effects.base import Effect, Parameter
 COLDEST_C, STEP_C, BINS = -60.0, 2.0, 81
 """Temperatures at which time is counted, −60…100 °C."""
 GOES_ON = Parameter("goes_on", 0.0, "1", 0.0, 1.0, "index", "an option", "1: goes on from run to run, 0: every run starts anew", usual=True)
-
-Remembering = TypeVar("Remembering", bound=Effect)
 
 
 class Clock(nn.Module):
@@ -44,6 +42,24 @@ class Clock(nn.Module):
         super()._load_from_state_dict(state_dict, prefix, *rest)
 
 
+class Continuing(Effect):
+    """Abstract: an effect that may go on from run to run; `GOES_ON` is among its shapes."""
+
+    clock: Clock
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.clock = Clock()
+
+    def after(self, dwell: Tensor) -> Self:
+        """A copy whose clock knows what went on before each run, see `Effect.after`; itself where that is known to it."""
+        if torch.equal(self.clock.dwell, dwell.to(self.clock.dwell)):
+            return self
+        told = copy.deepcopy(self)
+        told.clock.dwell = dwell.to(self.clock.dwell)
+        return told
+
+
 def dwell_before(runs: Iterable[tuple[Tensor, Tensor]]) -> Tensor:
     """(R+1, B) time at each temperature before each of R runs, and after all of them [s].
 
@@ -66,15 +82,3 @@ def dwell_before(runs: Iterable[tuple[Tensor, Tensor]]) -> Tensor:
 def anew_or_on(runs: int) -> Tensor:
     """(G,) values of `GOES_ON` that a search should try: with one run there is nothing before."""
     return torch.arange(2.0 if runs > 1 else 1.0, dtype=torch.float64)
-
-
-def told(effect: Remembering, dwell: Tensor) -> Remembering:
-    """A copy of an effect with a `Clock` that knows what went on before each run, see `Effect.after`; itself where that is known to it."""
-    clock = effect.clock
-    assert isinstance(clock, Clock)
-    if torch.equal(clock.dwell, dwell.to(clock.dwell)):
-        return effect
-    copied = copy.deepcopy(effect)
-    copied.clock = Clock()
-    copied.clock.dwell = dwell.to(clock.dwell)
-    return copied

@@ -5,14 +5,14 @@ from __future__ import annotations
 import torch
 from torch import Tensor
 
-from zoo.effects.base import Effect, History, Parameter, grid_values
-from zoo.effects.clock import GOES_ON, Clock, anew_or_on, told
+from zoo.effects.base import History, Parameter, grid_values
+from zoo.effects.clock import GOES_ON, Continuing, anew_or_on
 from zoo.physics.relaxation import arrhenius, elapsed
 
 SECONDS_PER_HOUR, JOULES_PER_KILOJOULE = 3600.0, 1000.0
 
 
-class Moisture(Effect):
+class Moisture(Continuing):
     """Error (a + f·τ20/τ(T))·e^(−u), u = ∫dt/τ(T): the water that is too much strains the winding, and its flux does as a rate of strain does.
 
     Slowest mode of Fick's diffusion into surroundings that do not change; each run starts as far from them as the others, or where the one before
@@ -35,14 +35,6 @@ class Moisture(Effect):
     source = "Moisture-induced mechanical strain in gyroscope optical fiber coil (strain measured along the fibre); Fick, Arrhenius"
     signature = "decays over hours to days from the start of every run, or of the first, faster when hot; a second heating differs from the first"
     confused_with = ("aging", "warm_up", "viscoelastic")
-
-    def __init__(self) -> None:
-        super().__init__()
-        self.clock = Clock()
-
-    def after(self, dwell: Tensor) -> Moisture:
-        """A copy that knows what went on before each run, see `Effect.after`."""
-        return told(self, dwell)
 
     def shapes_to_try(self, span_s: float, runs: int) -> Tensor:
         """Each anew in every run and going on, see `Effect.shapes_to_try`."""
