@@ -11,7 +11,8 @@ import torch
 from torch import Generator, Tensor
 
 from zoo.diagnosis.diagnose import open_bench
-from zoo.diagnosis.workbench import Workbench
+from zoo.diagnosis.shape_search import UNUSUAL, unusual
+from zoo.diagnosis.workbench import Workbench, _released
 from zoo.effects.base import Effect, History, Parameter, spread
 from zoo.scoring.noise import NoiseModel
 
@@ -126,3 +127,15 @@ def test_evidence_knows_no_more_of_the_coil_than_its_prior_allows(diagnosis, hid
     still, free = (solved.mixtures.most_likely(columns, error, solved.near).logarithm for columns in (solved.plain_columns, plain))
     known = solved.likely.logarithm - 0.5 * solved.fit.moved
     assert still - 0.5 * solved.fit.moved - 1e-6 <= known < free - 0.1
+
+
+def test_an_option_counts_and_costs_where_it_is_another_than_usual_and_is_never_let_go_to_the_middle(runs, catalogue, base) -> None:
+    bench = open_bench(runs(), base, catalogue)
+    start, aging = bench.begin(tuple(base)), bench.effects["aging"]
+    for goes_on in (0.0, 1.0):
+        shape = torch.tensor([0.2, goes_on], dtype=torch.float64)
+        solved = bench.peek(start, "aging", shape)
+        assert solved.whole == ["aging"] * int(goes_on)
+        assert unusual(aging, shape.unsqueeze(0)).tolist() == [UNUSUAL * goes_on]
+        assert float(_released(solved, ())[-1]) == goes_on
+    assert unusual(bench.effects["bias_step"], torch.tensor([[2.0, 1.0]])).tolist() == [0.0], "any run is as likely as another"
