@@ -14,6 +14,7 @@ from torch import Generator, Tensor
 from zoo.diagnosis.acceptance import FIRST
 from zoo.diagnosis.detection_limits import _odds, detection_limits
 from zoo.diagnosis.diagnose import open_bench
+from zoo.diagnosis.occam import price_of_size
 
 DRAWS = 200
 PLANTED = "supply_voltage"
@@ -80,10 +81,10 @@ def test_an_effect_of_its_limit_is_found_nine_times_in_ten_and_one_of_half_of_it
     rest = whiten(base.fit.plain)
     level = likely.white / base.mixtures.white  # of what is white after whitening
     noise = level * torch.randn(len(signal), DRAWS, generator=Generator().manual_seed(4), dtype=torch.float64)
-    price = FIRST + 0.5 * math.log(bench.effective_samples)
     for share, least, most in ((1.0, 0.75, 1.0), (0.5, 0.0, 0.25)):
         gain = _cost(rest, share * size * signal + noise) - _cost(torch.cat([rest, signal], dim=1), share * size * signal + noise)
-        hits = (0.5 * gain / level**2 > price).double().mean()
+        chi2 = gain / level**2
+        hits = (0.5 * chi2 > FIRST + price_of_size(1, chi2)).double().mean()
         assert least <= hits <= most
 
 
@@ -113,7 +114,7 @@ def test_what_a_constant_column_would_do_is_absorbed(limits, runs, catalogue, ba
 
 def test_likelihood_ratios_of_what_is_too_small_are_one_in_the_mean_over_noise() -> None:
     """So that looking at noise changes no odds in the mean; where there is nothing of an effect they fall, where there is much they rise."""
-    sizes, seen = torch.logspace(-1, 1, 33, dtype=torch.float64), 4.5
+    sizes, seen = torch.logspace(-1, 1, 33, dtype=torch.float64), torch.tensor(4.5, dtype=torch.float64)
     scores = torch.randn(400_000, generator=Generator().manual_seed(3), dtype=torch.float64)
     few = sizes < 2.5  # beyond it a handful of draws carries the mean
     assert float(_odds(sizes[few], scores, seen).mean()) == pytest.approx(1.0, abs=0.02)
@@ -141,6 +142,6 @@ def test_looking_changes_odds_by_what_the_residual_has_of_an_effect(diagnosis) -
 def test_a_score_beyond_any_threshold_is_a_finite_odds() -> None:
     """Of something that no effect explains, all may have much, and none was named."""
     sizes = torch.logspace(-1, 3, 33, dtype=torch.float64)
-    odds = _odds(sizes, torch.tensor([4.5, 1e3, 1e6], dtype=torch.float64), 4.5)
+    odds = _odds(sizes, torch.tensor([4.5, 1e3, 1e6], dtype=torch.float64), torch.tensor(4.5, dtype=torch.float64))
     assert bool(odds.isfinite().all())
     assert torch.equal(odds[0].expand(3), odds)

@@ -28,7 +28,7 @@ def problem(amplitudes: list[float], seed: int = 1) -> tuple[Tensor, Tensor, Ten
 def test_only_what_was_planted_is_paid_for(seed) -> None:
     whitened, target, moves = problem([1.0, 0.0, 0.0, 0.0], seed)
     found = trimmed(whitened, target, moves, [[2, 3, 4, 5]], PRICE)
-    assert found.freedom == 4, "the base's two, one amplitude, and the parameter that moves it"
+    assert len(found.left) == 4, "the base's two, one amplitude, and the parameter that moves it"
     assert found.choices == pytest.approx(math.log(4))
     less = whitened[:, [0, 1, 2, 6]]
     assert found.gain == pytest.approx(float(project(less, target).cost - project(whitened, target).cost), rel=1e-6)
@@ -37,26 +37,26 @@ def test_only_what_was_planted_is_paid_for(seed) -> None:
 def test_nothing_is_left_out_that_is_needed() -> None:
     whitened, target, moves = problem([1.0, -1.0, 1.0, -1.0])
     found = trimmed(whitened, target, moves, [[2, 3, 4, 5]], PRICE)
-    assert (found.freedom, found.gain, found.choices) == (8, 0.0, 0.0)
+    assert (len(found.left), found.gain, found.choices) == (8, 0.0, 0.0)
 
 
 def test_a_parameter_goes_with_the_last_column_that_it_moves() -> None:
     whitened, target, moves = problem([1.0, -1.0, 1.0, 0.0])
     found = trimmed(whitened, target, moves, [[2, 3, 4, 5]], PRICE)
-    assert found.freedom == 6, "an amplitude and a parameter less"
+    assert len(found.left) == 6, "an amplitude and a parameter less"
 
 
 def test_of_every_effect_one_amplitude_stays() -> None:
     whitened, target, moves = problem([0.0, 0.0, 0.0, 0.0])
     found = trimmed(whitened, target, moves, [[2, 3], [4, 5]], PRICE)
-    assert found.freedom == 5, "the base's two, one of each effect, and the parameter of both"
+    assert len(found.left) == 5, "the base's two, one of each effect, and the parameter of both"
     assert found.choices == pytest.approx(2 * math.log(2))
 
 
 def test_what_may_not_be_trimmed_stays() -> None:
     whitened, target, moves = problem([0.0, 0.0, 0.0, 0.0])
     found = trimmed(whitened, target, moves, [], PRICE)
-    assert (found.freedom, found.gain, found.choices) == (8, 0.0, 0.0)
+    assert (len(found.left), found.gain, found.choices) == (8, 0.0, 0.0)
 
 
 def test_columns_without_anything_are_neither_kept_nor_chosen_among() -> None:
@@ -65,4 +65,4 @@ def test_columns_without_anything_are_neither_kept_nor_chosen_among() -> None:
     whitened[:, [4, 5]] = 0.0
     found = trimmed(whitened, target, moves, [[2, 3, 4, 5]], PRICE)
     assert (found.gain, found.choices) == (0.0, 0.0)
-    assert found.freedom == 6, "four columns, and the parameters as far as they move one of these or another"
+    assert len(found.left) == 6, "four columns, and the parameters as far as they move one of these or another"

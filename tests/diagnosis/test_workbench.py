@@ -11,6 +11,7 @@ import torch
 from torch import Generator, Tensor
 
 from zoo.diagnosis.diagnose import open_bench
+from zoo.diagnosis.occam import price_of_size
 from zoo.diagnosis.shape_search import UNUSUAL, unusual
 from zoo.diagnosis.workbench import Workbench, _released
 from zoo.effects.base import Effect, History, Parameter, spread
@@ -84,12 +85,13 @@ def test_a_parameter_costs_the_same_whatever_noise_a_search_comes_to(diagnosis) 
 
 
 def test_where_the_coil_goes_is_charged_for(diagnosis) -> None:
-    """Of models that differ in one amplitude: the likelihoods, half the price of that, and what the prior says of where either has its coil."""
+    """Of models that differ in one amplitude: the likelihoods, the price of that, and what the prior says of where either has its coil."""
     found = diagnosis("")
     bench = found.bench
     less = bench.solve(("static_bias", "shupe"))
     more = bench.solve(("static_bias", "shupe", "mohr"))
-    gain = more.likely.logarithm - less.likely.logarithm - 0.5 * math.log(bench.effective_samples)
+    each = math.log(bench.effective_samples)
+    gain = more.likely.logarithm - less.likely.logarithm - more.price({"mohr": more.places()["mohr"]}, each) + less.price({}, each)
     assert bench.evidence(less, more) == pytest.approx(gain - 0.5 * (more.fit.moved - less.fit.moved), abs=1e-9)
     theta = less.fit.theta.clone()
     theta[0] = 0.99
@@ -103,8 +105,9 @@ def test_a_parameter_that_rests_is_paid_for_on_both_sides(runs, catalogue, base)
     step = bench.add(bench.begin(tuple(base)), "bias_step")
     assert not bool(step.fit.moves.any(dim=1).all()), "the number of its run"
     more = bench.add(step, "magnetic")
-    _, freedom, _ = more.trimmed({"magnetic": more.places()["magnetic"]}, math.log(bench.effective_samples))
-    assert step.freedom < freedom <= more.freedom
+    each = math.log(bench.effective_samples)
+    paid = more.price({"magnetic": more.places()["magnetic"]}, each) - step.price({}, each)
+    assert paid > float(price_of_size(1, torch.tensor(0.0)))
 
 
 @pytest.mark.parametrize(("start_c", "counted"), [(20.0, 0), (-10.0, 1)])

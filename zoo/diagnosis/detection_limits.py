@@ -9,24 +9,28 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import torch
 from torch import Tensor
 
+from zoo.diagnosis.occam import LARGEST, SMALLEST, price_of_size
 from zoo.diagnosis.shape_search import Beside
 from zoo.diagnosis.solved import Solved
 from zoo.diagnosis.workbench import Workbench
+from zoo.effects.base import Effect
+from zoo.effects.bounds import to_physical, to_unit
 from zoo.fitting.projection import complement
 
 SHAPES = 12
 """How many shapes of an effect's grid stand for all of them."""
 QUANTILE = 1.2816
 """Standard deviations by which a signal must be above the threshold to be seen with 90 %."""
-SMALLEST, LARGEST = 0.1, 10.0
-"""Sizes that a missing effect may have, every factor as likely as any other [white noise of a mean over 10 s]."""
 SIZES = 33
 """How many sizes between them stand for all."""
 REFERENCE_S = 10.0
+STEP, ROUNDS = 1e-4, 6
+"""Share of its range by which a parameter is moved; how often the price of a size is looked up at the size it makes necessary."""
 ABSORBED = 1e-6
 """Share of a column outside what the model can absorb below which that is rounding."""
 
@@ -63,53 +67,92 @@ def detection_limits(bench: Workbench, final: Solved, names: list[str], accept: 
     """
     noise, whitener = final.likely.noise, final.mixtures.whitener(final.likely.place)[1]
     beside = Beside.under(final.design, final.fit.theta, final.fit.plain, whitener, bench.span_s)
-    per_sigma = final.mixtures.white / noise.white
+    level = final.mixtures.white / noise.white
     ten = bench.mixtures.white * math.sqrt(bench.runs[0].average_s / REFERENCE_S)
     amplitudes = ten * torch.logspace(math.log10(SMALLEST), math.log10(LARGEST), SIZES).to(beside.residual)
     found = {}
     for name in names:
-        shapes = bench.shapes(name)
-        shapes = shapes[torch.linspace(0, len(shapes) - 1, min(len(shapes), SHAPES)).round().long()]
-        freedom = 1 + len(bench.effects[name].shape)
-        price = accept + math.log(max(len(names), 1)) + 0.5 * freedom * math.log(bench.effective_samples)
-        seen = math.sqrt(2.0 * price) + QUANTILE
-        size, score = (one.flatten() for one in _one_sigma(bench, beside, name, shapes))
-        size, score = size / per_sigma, score * per_sigma
+        looks, effect = _looks(bench, beside, name), bench.effects[name]
+        size, score = looks.size / level, looks.score * level
+        whole = sum(one.scale == "index" and not one.usual for one in effect.shape)
+        certain = accept + math.log(max(len(names), 1)) + math.log(size.shape[1]) + 0.5 * whole * math.log(bench.effective_samples)
+        seen = _seen(looks.turned, certain)
         hidden = ((seen * size / (SMALLEST * ten)).log() / math.log(LARGEST / SMALLEST)).clamp(0.0, 1.0)
-        found[name] = Limit(float((seen * size).median()), float(hidden.mean()), float(_odds(amplitudes / size.unsqueeze(-1), score, seen).mean()))
+        odds = _odds(amplitudes / size.unsqueeze(-1), score, seen)
+        found[name] = Limit(float((seen * size).median()), float(hidden.mean()), float(odds.mean()))
     return found
 
 
-def _odds(z: Tensor, score: Tensor, seen: float) -> Tensor:
-    """(M,) mean likelihood ratio to none over sizes too small to be seen, of either sign, with 0 for those that would be.
+def _odds(z: Tensor, score: Tensor, seen: Tensor) -> Tensor:
+    """(...) mean likelihood ratio to none over sizes too small to be seen, of either sign, with 0 for those that would be.
 
     A signal of z standard deviations has the ratio exp(−z²/2) cosh(z·score) (Kay 1998, 4.3). A score beyond what is seen was refused for another
     reason, and counts as that much.
 
     Args:
-        z: (M, A) sizes in standard deviations, of A sizes equally likely.
-        score: (M,) what the residual has of each, in the same.
-        seen: the size that would be seen.
+        z: (..., A) sizes in standard deviations, of A sizes equally likely.
+        score: (...) what the residual has of each, in the same.
+        seen: (...) the size that would be seen.
     """
-    exponent = z.clamp_max(seen) * score.abs().clamp_max(seen).unsqueeze(-1)
+    exponent = torch.minimum(z, seen.unsqueeze(-1)) * torch.minimum(score.abs(), seen).unsqueeze(-1)
     ratio = 0.5 * ((exponent - 0.5 * z.square()).exp() + (-exponent - 0.5 * z.square()).exp())
-    return torch.where(z < seen, ratio, 0.0).mean(dim=-1)
+    return torch.where(z < seen.unsqueeze(-1), ratio, 0.0).mean(dim=-1)
 
 
-def _one_sigma(bench: Workbench, beside: Beside, name: str, shapes: Tensor) -> tuple[Tensor, Tensor]:
-    """(G, K) half of peak to peak of each column where it is one standard deviation of its own amplitude [unit]; the residual's amplitude in those.
+class _Looks(NamedTuple):
+    """What the runs see of an effect's columns, of G shapes and K columns that are not empty.
 
-    The first is infinite and the second 0 where the model absorbs it; without columns that no run has anything of, such as those of a third run where
-    there are two.
+    Attributes:
+        size: (G, K) half of peak to peak of each where it is one standard deviation of its own amplitude [unit]; infinite where the model absorbs it.
+        score: (G, K) the residual's amplitude in those; 0 where the model absorbs it.
+        turned: (G, K, S, S) Gram of its change over the whole range of each parameter, over its own square, with the model and itself left out.
     """
+
+    size: Tensor
+    score: Tensor
+    turned: Tensor
+
+
+def _looks(bench: Workbench, beside: Beside, name: str) -> _Looks:
     effect = bench.effects[name]
-    plain = beside.design.effect_columns(effect, beside.places, shapes, lambda columns: columns)
+    shapes = bench.shapes(name)
+    shapes = shapes[torch.linspace(0, len(shapes) - 1, min(len(shapes), SHAPES)).round().long()]
+    plain, steps = _moved(beside, effect, shapes)
     white = beside.whitener(plain)
     outside = complement(white, beside.basis)
-    left = outside.norm(dim=-2)
-    height = 0.5 * (plain.amax(dim=-2) - plain.amin(dim=-2))
-    shown = (height > 0) & (left > ABSORBED * white.norm(dim=-2))
+    left = outside[0].norm(dim=-2)
+    height = 0.5 * (plain[0].amax(dim=-2) - plain[0].amin(dim=-2))
+    shown = (height > 0) & (left > ABSORBED * white[0].norm(dim=-2))
     size = torch.where(shown, height / left, torch.inf)
-    score = torch.where(shown, torch.einsum("gnk,n->gk", outside, beside.residual) / left, 0.0)
-    filled = (plain != 0).any(dim=-2).any(dim=0)
-    return (size[:, filled], score[:, filled]) if bool(filled.any()) else (size, score)
+    score = torch.where(shown, torch.einsum("gnk,n->gk", outside[0], beside.residual) / left, 0.0)
+    own = torch.where(shown.unsqueeze(-2), outside[0] / left.unsqueeze(-2), 0.0)
+    change = torch.where(shown.unsqueeze(-2), (outside[1:] - outside[0]) / steps.unsqueeze(-1).unsqueeze(-1) / left.unsqueeze(-2), 0.0)
+    change = change - own * (own * change).sum(dim=-2, keepdim=True)
+    turned = torch.einsum("sgnk,tgnk->gkst", change, change)
+    filled = (plain[0] != 0).any(dim=-2).any(dim=0)
+    filled = filled if bool(filled.any()) else torch.ones_like(filled)
+    return _Looks(size[:, filled], score[:, filled], turned[:, filled])
+
+
+def _moved(beside: Beside, effect: Effect, shapes: Tensor) -> tuple[Tensor, Tensor]:
+    """(1+S, G, N, K) columns of shapes (G, S), and of each with one parameter that is no whole number moved; (S, G) by how much of its range."""
+    unit = to_unit(shapes, effect.shape)
+    steps = torch.where(unit > 0.5, -STEP, STEP).mT
+    moving = [i for i, one in enumerate(effect.shape) if one.scale != "index"]
+    tried = [shapes, *(to_physical(unit + steps[i].unsqueeze(-1) * torch.eye(len(effect.shape))[i].to(unit), effect.shape) for i in moving)]
+    columns = beside.design.effect_columns(effect, beside.places, torch.cat(tried), lambda columns: columns)
+    return columns.unflatten(0, (len(tried), len(shapes))), steps[moving]
+
+
+def _seen(turned: Tensor, certain: float) -> Tensor:
+    """(G, K) sizes in standard deviations that are seen with 90 %: what evidence must reach, and what size and shape cost at the size it is for.
+
+    Args:
+        turned: (G, K, S, S), see `_Looks`.
+        certain: log Bayes factor that is asked for whatever the size.
+    """
+    z = turned.new_full(turned.shape[:2], math.sqrt(2.0 * certain))
+    for _ in range(ROUNDS):
+        turns = torch.eye(turned.shape[-1]).to(turned) + turned * (z.square() / (2.0 * math.pi)).unsqueeze(-1).unsqueeze(-1)
+        z = (2.0 * (certain + price_of_size(1, z.square()) + 0.5 * torch.logdet(turns))).clamp_min(0.0).sqrt()
+    return z + QUANTILE

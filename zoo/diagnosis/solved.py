@@ -11,10 +11,11 @@ from torch import Tensor
 
 from zoo.diagnosis.elsewhere import Elsewhere
 from zoo.diagnosis.noise_likelihood import START, Likely, NoiseMixtures, Place, with_rows
+from zoo.diagnosis.occam import price_of_shape, price_of_size
 from zoo.diagnosis.trimming import trimmed
 from zoo.effects.base import physical_value
 from zoo.fitting.design import Design
-from zoo.fitting.projection import orthonormal
+from zoo.fitting.projection import orthonormal, project
 from zoo.fitting.variable_projection import Fit
 from zoo.models.graybox import GrayBox
 
@@ -85,18 +86,31 @@ class Solved:
             at += len(effect.amplitudes)
         return found
 
-    def trimmed(self, effects: dict[str, list[int]], price: float) -> tuple[float, int, float]:
-        """χ² lost, parameters left and logarithm of the choices when the columns of some effects are trimmed under the likeliest noise.
+    def price(self, effects: dict[str, list[int]], each: float) -> float:
+        """What the parameters cost in evidence, when the columns of some effects are trimmed under the likeliest noise, with the χ² lost by that.
 
-        A whole number, such as that of a run, is not left out but with the columns of its own effect.
+        Those effects cost what `zoo.diagnosis.occam` says of their sizes and shapes. Any other parameter, and a whole number, costs half of `each`.
+
+        Args:
+            effects: places of their amplitudes.
+            each: χ² that a parameter must be worth.
         """
-        several = {name: places for name, places in effects.items() if len(places) > 1}
-        if not several:
-            return 0.0, self.freedom, 0.0
+        if not effects:
+            return 0.5 * self.freedom * each
+        level = self.mixtures.white / self.likely.noise.white
         white = self.mixtures.whitener(self.likely.place)[1](torch.cat([self.fit.plain, self.design.error.unsqueeze(1)], dim=1))
-        white = torch.cat([white, with_rows(self.fit.held, white)]) * (self.mixtures.white / self.likely.noise.white)
-        found = trimmed(white[:, :-1], white[:, -1], self.fit.moves, list(effects.values()), price)
-        return found.gain, found.freedom + sum(owner not in several for owner in self.whole), found.choices
+        white = torch.cat([white, with_rows(self.fit.held, white)]) * level
+        found = trimmed(white[:, :-1], white[:, -1], self.fit.moves, list(effects.values()), each)
+        amplitudes = len(self.fit.amplitudes)
+        shapes = [amplitudes + i for i, (owner, _) in enumerate(self.model.parameters_of_theta()) if owner in effects]
+        shapes = [place for place in shapes if place in found.left]
+        fixed = [place for place in found.left if place not in shapes]
+        sizes = [[place for place in places if place in found.left] for places in effects.values()]
+        every = torch.cat([self.fit.columns, self.fit.tangent + self.fit.edge], dim=1) * level
+        usual = len(fixed) - sum(len(own) for own in sizes) + len(self.whole)
+        occam = sum(float(price_of_size(len(own), _explained(white, own, fixed))) for own in sizes)
+        occam += price_of_shape(every[:, shapes], every[:, fixed])
+        return 0.5 * found.gain + found.choices + 0.5 * usual * each + occam
 
     @property
     def plain_columns(self) -> Tensor:
@@ -124,3 +138,9 @@ class Solved:
         declared = zip(self.model.parameters_of_theta(), self.fit.theta, self.fit.moves, strict=True)
         numbers = [(owner, one, place) for (owner, one), place, moves in declared if one.scale == "index" and not bool(moves.any())]
         return [owner for owner, one, place in numbers if not (one.usual and float(physical_value(place, one)) == one.default)]
+
+
+def _explained(white: Tensor, own: list[int], fixed: list[int]) -> Tensor:
+    """χ² that some columns explain beside others, all whitened, the target last."""
+    less = project(white[:, [place for place in fixed if place not in own]], white[:, -1]).cost
+    return less - project(white[:, fixed], white[:, -1]).cost

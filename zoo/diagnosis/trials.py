@@ -12,13 +12,13 @@ from zoo.diagnosis.workbench import Workbench
 from zoo.fitting.variable_projection import Fit
 from zoo.side_by_side import side_by_side
 
-HOPELESS = -8.0
+HOPELESS = -4.5
 """A candidate whose projected evidence is below this is not refitted."""
 OVERWHELMING = 40.0
 """Log Bayes factor that needs no further argument."""
 AT_REST, WANTED = 1.1, -2.5
 """RMS of a model over the white noise up to which a refit changes evidence by little, and evidence at a glance from which one may matter there."""
-SURE = 3
+SURE = 2
 """Parameters that a candidate is charged for before anybody knows which of its amplitudes the runs call for."""
 GLANCED = 6
 """How many of the best candidates by projection have their evidence computed."""

@@ -17,12 +17,12 @@ class Trimmed:
 
     Attributes:
         gain: by how much χ² grew.
-        freedom: parameters that are left, of those that a column depends on.
+        left: places of the columns and tangents that are left.
         choices: logarithm of the number of ways to keep as many amplitudes of each effect.
     """
 
     gain: float
-    freedom: int
+    left: list[int]
     choices: float
 
 
@@ -57,7 +57,7 @@ def trimmed(whitened: Tensor, target: Tensor, moves: Tensor, given: list[list[in
         gain += price * (len(present) - len(trials[least])) - saved[least]
         present = trials[least]
         kept = [[column for column in places if column != least] for places in kept]
-    return Trimmed(gain, len(present), sum(math.log(math.comb(len(all_), len(left))) for all_, left in zip(effects, kept, strict=True)))
+    return Trimmed(gain, present, sum(math.log(math.comb(len(all_), len(left))) for all_, left in zip(effects, kept, strict=True)))
 
 
 def _without(present: list[int], column: int, moves: Tensor) -> list[int]:

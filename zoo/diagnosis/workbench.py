@@ -240,8 +240,8 @@ class Workbench:
         """Log Bayes factor of one model over another, usually a smaller one, each under the noise that suits it best.
 
         A slow residual may be an effect or flicker: the noise mixture is part of either hypothesis, so that an effect must beat the noise that would
-        do without it. An effect that only one of them has is judged by those of its amplitudes that the runs call for; a parameter costs half the
-        logarithm of the effective number of samples (Schwarz 1978).
+        do without it. An effect that only one of them has is judged by those of its amplitudes that the runs call for, and costs what its sizes and
+        shapes do, see `zoo.diagnosis.occam`; any other parameter costs half the logarithm of the effective number of samples (Schwarz 1978).
         """
         return self._worth(more, less.names) - self._worth(less, more.names)
 
@@ -251,8 +251,7 @@ class Workbench:
         if key not in solved.worths:
             price = math.log(self.effective_samples)
             optional = {name: places for name, places in solved.places().items() if name not in common}
-            gain, freedom, choices = solved.trimmed(optional, price)
-            solved.worths[key] = solved.likely.logarithm - 0.5 * (gain + solved.fit.moved) - 0.5 * freedom * price - choices
+            solved.worths[key] = solved.likely.logarithm - 0.5 * solved.fit.moved - solved.price(optional, price)
         return solved.worths[key]
 
     def noise_floor(self, solved: Solved) -> float:

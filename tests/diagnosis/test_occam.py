@@ -1,0 +1,61 @@
+"""What sizes and shapes cost, against the integrals that the formulas stand for."""
+
+from __future__ import annotations
+
+import math
+
+import pytest
+import torch
+
+from zoo.diagnosis.occam import FAINTEST, LARGEST, SMALLEST, price_of_shape, price_of_size
+
+DRAWS = 200_000
+
+
+@pytest.mark.parametrize("amplitudes", [1, 2, 3])
+@pytest.mark.parametrize("z", [5.0, 12.0])
+def test_a_size_costs_what_integration_over_sizes_and_mixtures_says(amplitudes, z) -> None:
+    """Sizes from z/10 to 10 z, every factor as likely, and every mixture: the mean likelihood over the largest."""
+    chance = torch.Generator().manual_seed(amplitudes)
+    mixture = torch.randn(DRAWS, amplitudes, generator=chance, dtype=torch.float64)
+    mixture = mixture / mixture.norm(dim=1, keepdim=True)
+    sizes = torch.logspace(-1, 1, 2001, dtype=torch.float64) * z
+    along = z * mixture[:, 0]
+    likelihood = torch.stack([(size * along - 0.5 * (size**2 + z**2)).exp().mean() for size in sizes]).mean()
+    assert math.log(LARGEST / SMALLEST) == pytest.approx(math.log(float(sizes[-1] / sizes[0])))
+    assert float(price_of_size(amplitudes, torch.tensor(z**2))) == pytest.approx(-math.log(float(likelihood)), abs=0.15)
+
+
+def test_what_is_in_the_noise_has_no_size_to_be_told() -> None:
+    least = price_of_size(2, torch.tensor([0.0, FAINTEST**2, 4.0], dtype=torch.float64))
+    assert float(least[0]) == float(least[1]) > 0
+    assert float(least[2] - least[1]) == pytest.approx(math.log(4.0))
+
+
+@pytest.mark.parametrize("size", [0.0, 0.5, 3.0, 30.0])
+def test_a_shape_costs_what_integration_over_its_range_says(size) -> None:
+    """A signal that goes with a parameter: the mean likelihood over its range, over that of the middle."""
+    tangent = torch.randn(200, 1, generator=torch.Generator().manual_seed(1), dtype=torch.float64)
+    tangent = size * tangent / tangent.norm()
+    away = torch.linspace(-0.5, 0.5, 20001, dtype=torch.float64)
+    mean = (-0.5 * (size * away).square()).exp().mean()
+    assert price_of_shape(tangent, tangent.new_zeros(200, 0)) == pytest.approx(-math.log(float(mean)), abs=0.15)
+
+
+def test_a_shape_costs_only_what_nothing_else_can_do() -> None:
+    chance = torch.Generator().manual_seed(2)
+    others = torch.randn(300, 3, generator=chance, dtype=torch.float64)
+    alone = 5.0 * torch.randn(300, 1, generator=chance, dtype=torch.float64)
+    assert price_of_shape(others @ torch.ones(3, 1, dtype=torch.float64), others) == pytest.approx(0.0, abs=1e-6)
+    mixed = price_of_shape(alone + 100.0 * others[:, :1], others)
+    assert mixed == pytest.approx(price_of_shape(alone - others @ torch.linalg.lstsq(others, alone).solution, others), rel=1e-6)
+
+
+def test_two_shapes_that_do_not_meddle_cost_their_sum() -> None:
+    tangents = torch.zeros(10, 2, dtype=torch.float64)
+    tangents[0, 0], tangents[1, 1] = 20.0, 4.0
+    nothing = tangents.new_zeros(10, 0)
+    each = [price_of_shape(tangents[:, i : i + 1], nothing) for i in range(2)]
+    assert price_of_shape(tangents, nothing) == pytest.approx(sum(each))
+    assert each[0] > each[1] > 0
+    assert price_of_shape(tangents[:, :0], nothing) == 0.0

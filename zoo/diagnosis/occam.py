@@ -1,0 +1,47 @@
+"""What parameters cost in evidence: the share of what was possible before the runs that is possible after them (Occam's factor).
+
+MacKay 2003, Information Theory, Inference, and Learning Algorithms, 28.1.
+"""
+
+from __future__ import annotations
+
+import math
+
+import torch
+from torch import Tensor
+
+from zoo.fitting.projection import project
+
+SMALLEST, LARGEST = 0.1, 10.0
+"""Sizes that a missing effect may have, every factor as likely as any other [white noise of a mean over 10 s]."""
+FAINTEST = 1.0
+"""Size in standard deviations below which an amplitude costs no less: a signal in the noise tells nothing of its size."""
+
+
+def price_of_size(amplitudes: int, chi2: Tensor) -> Tensor:
+    """What the amplitudes of one effect cost: how many sizes and mixtures of its columns the runs tell apart.
+
+    Of K amplitudes every mixture is as likely, and every factor on the size of what the runs see of it. Around a signal of z standard deviations the
+    likelihood leaves (2π)^(K/2) of the S_K z^K ln(largest/smallest) that a shell of a relative thickness takes, S_K the surface of the unit sphere.
+
+    Args:
+        amplitudes: K, at least 1.
+        chi2: (...) z², what they explain; the formula is for z well above 1.
+    """
+    sphere = math.log(2.0) + 0.5 * amplitudes * math.log(math.pi) - math.lgamma(0.5 * amplitudes)
+    square = chi2.clamp_min(FAINTEST**2)
+    return math.log(math.log(LARGEST / SMALLEST)) + sphere + 0.5 * amplitudes * (square / (2.0 * math.pi)).log()
+
+
+def price_of_shape(tangents: Tensor, others: Tensor) -> float:
+    """Logarithm of how many shapes the runs tell apart, of all within the bounds: Laplace's approximation where each is as likely, never below 0.
+
+    Args:
+        tangents: (N, S) change of the signal over the whole range of each parameter, in standard deviations of the noise.
+        others: (N, K) what else the model may do.
+    """
+    if not tangents.shape[1]:
+        return 0.0
+    outside = project(others, tangents.mT).residual
+    known = outside @ outside.mT / (2.0 * math.pi)
+    return 0.5 * float(torch.logdet(torch.eye(len(known)).to(known) + known))
