@@ -53,14 +53,14 @@ def test_rivals_have_over_each_other_what_they_have_over_the_base(diagnosis, one
 
 @pytest.mark.parametrize("count", LARGEST)
 def test_an_effect_of_pure_noise_costs_what_one_amplitude_does(diagnosis, monkeypatch, count) -> None:
-    """Half the logarithm of the samples, less half the χ² that its best column gains by chance, and the choice among its columns."""
+    """What a size in the noise costs, less half the χ² that its best column gains by chance, and the choice among its columns."""
     found = diagnosis("")
     bench, base = found.bench, found.search.base
     evidences = []
     for draw in range(DRAWS):
         monkeypatch.setitem(bench.effects, "chance", chance(draw, count))
         evidences.append(bench.evidence(base, bench.peek(base, "chance", torch.zeros(0, dtype=torch.float64))))
-    expected = 0.5 * LARGEST[count] - 0.5 * math.log(bench.effective_samples) - math.log(count)
+    expected = 0.5 * LARGEST[count] - float(price_of_size(1, torch.tensor(LARGEST[count]))) - math.log(count)
     assert median(evidences) == pytest.approx(expected, abs=0.4)
     assert sum(evidence > 0 for evidence in evidences) < 0.1 * DRAWS
 
@@ -97,6 +97,18 @@ def test_where_the_coil_goes_is_charged_for(diagnosis) -> None:
     theta[0] = 0.99
     far = bench.moved(less, theta)
     assert far.fit.moved > less.fit.moved + 5.0, "a lag of two hours is no coil's"
+
+
+def test_to_know_a_quarter_of_the_shapes_before_is_worth_a_factor_of_four(diagnosis) -> None:
+    """A warm-up whose time may be anywhere in a quarter of the range, along the logarithm, around what the runs tell of it."""
+    found = diagnosis("warm_up")
+    bench, names = found.bench, found.search.base.names
+    effect = bench.effects["warm_up"]
+    (fitted,) = [float(one.shape_value.detach()[0]) for name, one in found.search.final.model.named_effects() if name == "warm_up"]
+    reach = (effect.shape[0].high / effect.shape[0].low) ** (1 / 8)
+    known = bench.with_effects(bench.effects | {"warm_up": effect.bounded(0, fitted / reach, fitted * reach)})
+    anywhere, near = (each.evidence(each.begin(names), each.add(each.begin(names), "warm_up")) for each in (bench, known))
+    assert near - anywhere == pytest.approx(math.log(4.0), abs=0.2)
 
 
 def test_a_parameter_that_rests_is_paid_for_on_both_sides(runs, catalogue, base) -> None:

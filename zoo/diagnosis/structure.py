@@ -37,7 +37,7 @@ BELIEVED = 0.1
 """Share that is believed of a log Bayes factor between a free function and a named effect of the same quantity."""
 KURTOSIS = 4.0
 """Standard deviations of the excess kurtosis of normal numbers that chance may give the steps of a walk."""
-OUTDONE, SEVERAL_OUTDONE = 1.05, 0.9
+OUTDONE, SEVERAL_OUTDONE = 1.07, 0.9
 """Evidence of a free function over that of a named effect above which that is not what it is; over that of several together, which have no reason to
 add up to a function of one quantity."""
 WANDERS = 0.25
