@@ -160,7 +160,12 @@ def _pair(bench: Workbench, found: Search, candidates: list[str], progress: Call
         step = round_of(bench, single.solved, others, ACCEPT, progress, least=IN_SIGHT * bench.mixtures.white)
         found.steps.append(step)
         best = step.trials[0]
-        if best.solved is None or not best.refitted or best.evidence < ACCEPT or single.evidence + best.evidence < 2 * step.needed:
+        if (
+            best.solved is None
+            or not best.refitted
+            or best.evidence < ACCEPT
+            or single.evidence + best.evidence < found.steps[0].needed + step.needed
+        ):
             continue
         both = pruned(bench, _finished(bench, found.base, best.solved), found.base)
         if len(both.names) == len(best.solved.names) and leaves_noise(bench, both, found.base):
