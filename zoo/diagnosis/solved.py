@@ -97,16 +97,18 @@ class Solved:
         """
         if not effects:
             return 0.5 * self.freedom * each
-        level = self.mixtures.white / self.likely.noise.white
-        white = self.mixtures.whitener(self.likely.place)[1](torch.cat([self.fit.plain, self.design.error.unsqueeze(1)], dim=1))
-        white = torch.cat([white, with_rows(self.fit.held, white)]) * level
+        plain, edge = self.fit.plain, self.fit.plain_edge
+        whitened = self.mixtures.whitener(self.likely.place)[1](torch.cat([plain, self.design.error.unsqueeze(1), edge], dim=1))
+        whitened = whitened * (self.mixtures.white / self.likely.noise.white)
+        white, edge = whitened.split([plain.shape[1] + 1, edge.shape[1]], dim=1)
+        every = white[:, :-1] + torch.nn.functional.pad(edge, (plain.shape[1] - edge.shape[1], 0))
+        white = torch.cat([white, with_rows(self.fit.held, white) * (self.mixtures.white / self.likely.noise.white)])
         found = trimmed(white[:, :-1], white[:, -1], self.fit.moves, list(effects.values()), each)
         amplitudes = len(self.fit.amplitudes)
         shapes = [amplitudes + i for i, (owner, _) in enumerate(self.model.parameters_of_theta()) if owner in effects]
         shapes = [place for place in shapes if place in found.left]
         fixed = [place for place in found.left if place not in shapes]
         sizes = [[place for place in places if place in found.left] for places in effects.values()]
-        every = torch.cat([self.fit.columns, self.fit.tangent + self.fit.edge], dim=1) * level
         usual = len(fixed) - sum(len(own) for own in sizes) + len(self.whole)
         occam = sum(float(price_of_size(len(own), _explained(white, own, fixed))) for own in sizes)
         occam += price_of_shape(every[:, shapes], every[:, fixed])

@@ -45,6 +45,7 @@ class Fit:
         tangent: (N, P) dΦ/dθ·a at the solution, weighted; zero for a parameter that its bound holds back, or that hardly matters within its bounds.
         edge: (N, P) the same of those, zero for all others.
         plain: (N, K+P) both before they were weighted.
+        plain_edge: (N, P) the edge before it was weighted.
         moves: (P, K) whether a column depends on a parameter.
         cost: sum of squared residuals.
         prior: of θ.
@@ -58,6 +59,7 @@ class Fit:
     tangent: Tensor
     edge: Tensor
     plain: Tensor
+    plain_edge: Tensor
     moves: Tensor
     cost: float
     prior: Prior
@@ -205,9 +207,10 @@ def fit(
         here = _linearise(columns, weigh, target, theta)
     found, slope = here.solution, here.tangent.mT @ here.solution.residual + prior.slope(theta)
     inside = ~_blocked(theta, slope) & (here.tangent.norm(dim=0) >= WEAKEST)
-    plain = torch.cat([here.plain[:, : here.columns.shape[1]], here.plain[:, here.columns.shape[1] :] * inside], dim=1)
+    amplitudes, tangent = here.plain.split([here.columns.shape[1], len(theta)], dim=1)
+    plain, plain_edge = torch.cat([amplitudes, tangent * inside], dim=1), tangent * ~inside
     free, edge = here.tangent * inside, here.tangent * ~inside
-    return Fit(theta, found.amplitudes, found.residual, here.columns, free, edge, plain, here.moves, float(found.cost), prior, taken)
+    return Fit(theta, found.amplitudes, found.residual, here.columns, free, edge, plain, plain_edge, here.moves, float(found.cost), prior, taken)
 
 
 class _Linear(NamedTuple):
