@@ -11,6 +11,7 @@ import torch
 from torch import Generator, Tensor
 
 from zoo.diagnosis.diagnose import open_bench
+from zoo.diagnosis.noise_likelihood import FLICKER_SHARES, WALK_SHARES
 from zoo.diagnosis.occam import price_of_size
 from zoo.diagnosis.shape_search import UNUSUAL, unusual
 from zoo.diagnosis.workbench import Workbench, _released
@@ -109,6 +110,18 @@ def test_to_know_a_quarter_of_the_shapes_before_is_worth_a_factor_of_four(diagno
     known = bench.with_effects(bench.effects | {"warm_up": effect.bounded(0, fitted / reach, fitted * reach)})
     anywhere, near = (each.evidence(each.begin(names), each.add(each.begin(names), "warm_up")) for each in (bench, known))
     assert near - anywhere == pytest.approx(math.log(4.0), abs=0.2)
+
+
+def test_shapes_are_told_apart_in_the_noise_that_was_found_not_in_the_one_assumed(diagnosis, monkeypatch) -> None:
+    """Of a warm-up, beside noise that flickers and walks as much as any: fewer times, whatever the fit was weighted with."""
+    monkeypatch.setattr("zoo.diagnosis.solved.price_of_size", lambda amplitudes, chi2: 0.0 * chi2)
+    found = diagnosis("warm_up").search.final
+    loud = replace(found, worths={})
+    place = len(FLICKER_SHARES) - 1, len(WALK_SHARES) - 1
+    loud.__dict__["likely"] = found.mixtures.at(place, found.fit.plain, found.design.error, found.fit.held)
+    own = {"warm_up": found.places()["warm_up"]}
+    few, many = (one.price(own, 0.0) for one in (loud, found))
+    assert 0 < few < 0.8 * many
 
 
 def test_a_parameter_that_rests_is_paid_for_on_both_sides(runs, catalogue, base) -> None:

@@ -14,13 +14,14 @@ from typing import NamedTuple
 import torch
 from torch import Tensor
 
-from zoo.diagnosis.occam import LARGEST, SMALLEST, price_of_size
+from zoo.diagnosis.occam import LARGEST, SMALLEST, price_of_size, told_apart
 from zoo.diagnosis.shape_search import Beside
 from zoo.diagnosis.solved import Solved
 from zoo.diagnosis.workbench import Workbench
 from zoo.effects.base import Effect
 from zoo.effects.bounds import to_physical, to_unit
 from zoo.fitting.projection import complement
+from zoo.fitting.variable_projection import STEP
 
 SHAPES = 12
 """How many shapes of an effect's grid stand for all of them."""
@@ -29,8 +30,8 @@ QUANTILE = 1.2816
 SIZES = 33
 """How many sizes between them stand for all."""
 REFERENCE_S = 10.0
-STEP, ROUNDS = 1e-4, 6
-"""Share of its range by which a parameter is moved; how often the price of a size is looked up at the size it makes necessary."""
+ROUNDS = 6
+"""How often the price of a size is looked up at the size it makes necessary."""
 ABSORBED = 1e-6
 """Share of a column outside what the model can absorb below which that is rounding."""
 
@@ -153,6 +154,6 @@ def _seen(turned: Tensor, certain: float) -> Tensor:
     """
     z = turned.new_full(turned.shape[:2], math.sqrt(2.0 * certain))
     for _ in range(ROUNDS):
-        turns = torch.eye(turned.shape[-1]).to(turned) + turned * (z.square() / (2.0 * math.pi)).unsqueeze(-1).unsqueeze(-1)
-        z = (2.0 * (certain + price_of_size(1, z.square()) + 0.5 * torch.logdet(turns))).clamp_min(0.0).sqrt()
+        shape = told_apart(turned * z.square().unsqueeze(-1).unsqueeze(-1))
+        z = (2.0 * (certain + price_of_size(1, z.square()) + shape)).clamp_min(0.0).sqrt()
     return z + QUANTILE

@@ -43,5 +43,9 @@ def price_of_shape(tangents: Tensor, others: Tensor) -> float:
     if not tangents.shape[1]:
         return 0.0
     outside = project(others, tangents.mT).residual
-    known = outside @ outside.mT / (2.0 * math.pi)
-    return 0.5 * float(torch.logdet(torch.eye(len(known)).to(known) + known))
+    return float(told_apart(outside @ outside.mT))
+
+
+def told_apart(gram: Tensor) -> Tensor:
+    """(...) logarithm of how many shapes are told apart, of the Gram (..., S, S) of what only their change can do over the whole range."""
+    return 0.5 * torch.logdet(torch.eye(gram.shape[-1]).to(gram) + gram / (2.0 * math.pi))
