@@ -142,7 +142,7 @@ def _moved(beside: Beside, effect: Effect, shapes: Tensor) -> tuple[Tensor, Tens
     moving = [i for i, one in enumerate(effect.shape) if one.scale != "index"]
     tried = [shapes, *(to_physical(unit + steps[i].unsqueeze(-1) * torch.eye(len(effect.shape))[i].to(unit), effect.shape) for i in moving)]
     columns = beside.design.effect_columns(effect, beside.places, torch.cat(tried), lambda columns: columns)
-    return columns.unflatten(0, (len(tried), len(shapes))), steps[moving]
+    return columns.unflatten(0, (len(tried), len(shapes))), steps[moving].to(columns)
 
 
 def _seen(turned: Tensor, certain: float) -> Tensor:

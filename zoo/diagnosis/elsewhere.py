@@ -63,7 +63,7 @@ class Elsewhere:
         many = len(shapes) > 1
         coils = self._close if many and effect.sharp else self.some if many else self._all
         columns = self.design.effect_columns_at_means if many else partial(self.design.effect_columns, distinct=True)
-        price = unusual(effect, shapes)
+        price = unusual(effect, shapes).to(self.design.error)
         same = None if effect.place == "coil" else columns(effect, coils[0].places, shapes)
 
         def best_at(coil: Coil) -> tuple[float, Tensor]:

@@ -56,10 +56,14 @@ class Beside:
         """χ² that the best of some shapes (G, S) leaves, with what an unusual one costs, and that shape (S,)."""
         if effect.instant and len(shapes) > MANY:
             columns = self.design.effect_columns_at_means(effect, self.places, shapes, self.whitener)
-            shapes = shapes[(costs(columns, self.basis, self.residual) + unusual(effect, shapes)).argmin()].unsqueeze(0)
+            shapes = shapes[self._costs(effect, shapes, columns).argmin()].unsqueeze(0)
         columns = self.design.effect_columns(effect, self.places, shapes, self.whitener, distinct=True)
-        cost, best = (costs(columns, self.basis, self.residual) + unusual(effect, shapes)).min(dim=0)
+        cost, best = self._costs(effect, shapes, columns).min(dim=0)
         return float(cost), shapes[best]
+
+    def _costs(self, effect: Effect, shapes: Tensor, columns: Tensor) -> Tensor:
+        """(G,) of shapes (G, S) with columns (G, N, K), where the shapes are."""
+        return costs(columns, self.basis, self.residual).to(shapes.device) + unusual(effect, shapes)
 
     def closer(self, effect: Effect, cost: float, shape: Tensor) -> tuple[float, Tensor]:
         """The same from the surroundings of a shape, as long as that helps."""
