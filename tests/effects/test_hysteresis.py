@@ -25,6 +25,9 @@ def shape_of(*values: float) -> Tensor:
     return torch.tensor(values, dtype=torch.float64)
 
 
+NO_PAST = (shape_of(0.0), shape_of(20.0))
+
+
 def loop_of(temperature: Tensor, warped, seen, time: Tensor | None = None, shape: Tensor | None = None) -> Tensor:
     effect = build("effects", "hysteresis")
     time = torch.arange(len(temperature), dtype=torch.float64) * 60 if time is None else time
@@ -71,9 +74,9 @@ def test_up_and_down_differ_at_every_temperature_and_stay_within_one(warped, see
 
 
 def test_the_play_is_the_loop_of_the_textbook() -> None:
-    moved = play(shape_of(0.0, 3.0, 5.0, 1.0, -4.0, 0.0), shape_of(2.0), shape_of(0.0))
+    moved = play(shape_of(0.0, 3.0, 5.0, 1.0, -4.0, 0.0), shape_of(2.0), *NO_PAST)
     assert moved.tolist() == [0.0, 1.0, 3.0, 3.0, -2.0, -2.0]
-    soaked = play(shape_of(50.0, 51.0, 49.0), shape_of(2.0), shape_of(0.0))
+    soaked = play(shape_of(50.0, 51.0, 49.0), shape_of(2.0), *NO_PAST)
     assert soaked.tolist() == [50.0, 50.0, 50.0], "it starts where the first temperature puts it"
 
 
@@ -92,7 +95,7 @@ def test_a_wide_spread_is_a_mean_of_plain_plays(warped, seen) -> None:
     """s·tanh((w − c0)/s) → w − c0, with the error of the tangent, (w − c0)³/3s²."""
     course, spread = path(20, 50, 10, 35, 0, 20), 1e4
     loop = spread * loop_of(course, warped, seen, shape=shape_of(6.0, 20.0, spread, 0.0))
-    plays = torch.stack([play(course, shape_of(factor * 6.0), shape_of(0.0)) for factor in WIDTHS]).mean(0) - 20.0
+    plays = torch.stack([play(course, shape_of(factor * 6.0), *NO_PAST) for factor in WIDTHS]).mean(0) - 20.0
     torch.testing.assert_close(loop, plays, rtol=0, atol=30.0**3 / 3 / spread**2 + 1e-9)
 
 
@@ -126,9 +129,10 @@ def test_hysteresis_leaves_an_angle_round_a_cycle(seen) -> None:
 def test_widths_that_shapes_share_change_nothing() -> None:
     course = 30.0 * torch.sin(torch.linspace(0.0, 9.0, 80, dtype=torch.float64))
     widths = torch.tensor([[4.0], [2.0], [4.0], [9.0], [2.0]], dtype=torch.float64)
-    pasts = torch.tensor([[0.0], [1.0], [1.0], [0.5], [1.0]], dtype=torch.float64)
-    one_by_one = [play(course, width, past) for width, past in zip(widths, pasts, strict=True)]
-    torch.testing.assert_close(play(course, widths, pasts), torch.stack(one_by_one), rtol=0, atol=0)
+    pasts = torch.tensor([[0.0], [1.0], [-1.0], [0.5], [1.0]], dtype=torch.float64)
+    turns = shape_of(20.0, 60.0, 1.0)
+    one_by_one = [play(course, *one, turns) for one in zip(widths, pasts, strict=True)]
+    torch.testing.assert_close(play(course, widths, pasts, turns), torch.stack(one_by_one), rtol=0, atol=0)
 
 
 @pytest.mark.parametrize(("room", "there"), [(15.0, -36.0), (15.0, -1.0), (25.0, 60.0), (25.0, 26.0)])

@@ -141,9 +141,9 @@ def test_shapes_nearby_are_looked_at_where_the_shape_is(effect) -> None:
     assert effect.shapes_near(effect.shape_value.detach().to("meta"), 36_000.0).device.type == "meta"
 
 
-def test_a_share_is_looked_at_from_both_ends_and_the_rest_of_the_shape_stays() -> None:
+def test_a_share_is_looked_at_from_all_ends_and_the_rest_of_the_shape_stays() -> None:
     near = build("effects", "hysteresis").shapes_near(torch.tensor([6.0, 20.0, 40.0, 0.3], dtype=torch.float64), 36_000.0)
-    assert near.tolist() == [[6.0, 20.0, 40.0, 0.0], [6.0, 20.0, 40.0, 1.0]]
+    assert near.tolist() == [[6.0, 20.0, 40.0, past] for past in (-1.0, 0.0, 1.0)]
 
 
 # What columns are

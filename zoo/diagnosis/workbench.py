@@ -15,7 +15,7 @@ from zoo.diagnosis.shape_search import Beside, unusual
 from zoo.diagnosis.solved import Solved
 from zoo.effects.base import Effect
 from zoo.effects.bounds import to_physical, to_unit
-from zoo.effects.clock import dwell_before
+from zoo.effects.earlier import before_each
 from zoo.fitting.design import Design, coarse_starts, starts_in_motion
 from zoo.fitting.noise import assumed
 from zoo.fitting.projection import orthonormal
@@ -55,8 +55,8 @@ class Workbench:
         self.in_motion = any(starts_in_motion(run) for run in runs)
         self.varied_reference = reference_varies(runs)
         self.span_s = max(float(run.time[-1] - run.time[0]) for run in runs)
-        dwell = dwell_before([(run.time, run.temperature) for run in runs])
-        self.effects = {name: effect.seen_over(self.span_s).after(dwell) for name, effect in effects.items()}
+        before = before_each([(run.time, run.temperature) for run in runs])
+        self.effects = {name: effect.seen_over(self.span_s).after(before) for name, effect in effects.items()}
         self.blocks = sum(run.blocks for run in runs)
         self._solved: dict[frozenset[str], Solved] = {}
         self._earlier: dict[tuple[str, ...], Tensor] = {}

@@ -6,7 +6,7 @@ import torch
 from torch import Tensor
 
 from zoo.effects.base import History, Parameter, grid_values
-from zoo.effects.clock import GOES_ON, Continuing, anew_or_on
+from zoo.effects.earlier import GOES_ON, Continuing, anew_or_on
 
 LATE_S, HOUR_S = 36000.0, 3600.0
 STEEPEST = 0.7
@@ -22,7 +22,7 @@ class Aging(Continuing):
 
     A population of relaxations with a broad spread of rates gives the logarithm; what diffuses, such as what leaves a coating, gives a root, whose
     slope has no end at the start. Between the two, at β = 0, both are a straight line in time. A gyro that has rested starts anew with every run; one
-    that was left as it is goes on (`zoo.effects.clock`).
+    that was left as it is goes on (`zoo.effects.earlier`).
     """
 
     name = "aging"
@@ -52,7 +52,7 @@ class Aging(Continuing):
     def columns(self, history: History, shape: Tensor) -> Tensor:
         """The normalised logarithm or power, see `Effect.columns`."""
         bend, goes_on = shape[..., 0:1], shape[..., 1:2].round()
-        time = history.time + goes_on * self.clock(torch.zeros_like(bend) + history.run).sum(-1)
+        time = history.time + goes_on * self.earlier.dwelt(torch.zeros_like(bend) + history.run).sum(-1)
         pace = (-bend).clamp_min(LEAST) / HOUR_S
         logarithm = torch.log1p(pace * time) / torch.log1p(pace * LATE_S)
         power = (time / LATE_S).clamp_min(LEAST) ** (1.0 - STEEPEST * bend.clamp_min(0.0))

@@ -15,6 +15,7 @@ from torch import Tensor, nn
 from zoo.errors import InputError, nearest
 
 if TYPE_CHECKING:
+    from zoo.effects.earlier import Before
     from zoo.effects.sum import Sum
 
 Scale = Literal["linear", "log", "inverse", "index", "share"]
@@ -35,7 +36,7 @@ class Parameter:
         low: smallest plausible value.
         high: largest plausible value.
         scale: how values are spread between the bounds: ``"log"`` over decades, ``"inverse"`` for periods (evenly in 1/value),
-            ``"index"`` for whole numbers, ``"share"`` for one of 0…1 whose ends are as likely as the rest.
+            ``"index"`` for whole numbers, ``"share"`` for one whose ends and default are as likely as the rest.
         source: where the bounds come from.
         meaning: one line for a reader.
         grid: how many values a search should try.
@@ -177,13 +178,13 @@ class Effect(nn.Module):
         del span_s
         return self
 
-    def after(self, dwell: Tensor) -> Self:
-        """The effect told how long the gyro was how hot before each run, for what goes on from run to run; by default as it is, else a copy.
+    def after(self, before: Before) -> Self:
+        """The effect told what the gyro went through before each run, for what goes on from run to run; by default as it is, else a copy.
 
         Args:
-            dwell: (R+1, B) [s], see `zoo.effects.clock.dwell_before`.
+            before: R runs, see `zoo.effects.earlier.before_each`.
         """
-        del dwell
+        del before
         return self
 
     def bounded(self, place: int, low: float, high: float) -> Self:
@@ -214,17 +215,17 @@ class Effect(nn.Module):
         return torch.cartesian_prod(*axes).reshape(-1, len(axes)) if axes else torch.zeros(1, 0, dtype=torch.float64)
 
     def shapes_near(self, shape: Tensor, span_s: float) -> Tensor:
-        """(G, S) shapes around the best of those to try, where a fit would not find its way from there; by default with its shares at either end.
+        """(G, S) shapes around the best of those to try, where a fit would not find its way from there.
+
+        By default the shape itself, or with its shares and its options at their defaults and at either end.
 
         Args:
             shape: (S,) physical.
             span_s: length of the longest run [s].
         """
         del span_s
-        if all(one.scale != "share" for one in self.shape):
-            return shape.unsqueeze(0)
-        ends = [torch.tensor([one.low, one.high]).to(shape) if one.scale == "share" else shape[i : i + 1] for i, one in enumerate(self.shape)]
-        return torch.cartesian_prod(*ends).reshape(-1, len(ends))
+        tried = [torch.tensor(_ends(one)).to(shape) if _ends(one) else shape[i : i + 1] for i, one in enumerate(self.shape)]
+        return torch.cartesian_prod(*tried).reshape(-1, len(tried)) if any(map(_ends, self.shape)) else shape.unsqueeze(0)
 
     def frequencies(self, shape: Tensor) -> tuple[float, ...]:
         """Where in the spectrum over time its columns are lines [Hz], whose phase may wander a little in nature; by default nowhere.
@@ -257,6 +258,12 @@ def _fault(one: Parameter) -> str:
     return "" if known else f"within={one.within:g}; a factor above 1 along a logarithm, else a width above 0; 0 where nothing is known"
 
 
+def _ends(one: Parameter) -> list[float]:
+    """Values between which no step leads, though a search has to look at each: of a share, or of an option that nearly all gyros have alike."""
+    option = one.scale == "index" and one.usual and (one.low, one.high) == (0.0, 1.0)
+    return sorted({one.low, one.default, one.high}) if option or one.scale == "share" else []
+
+
 def _check_declared(effect: type[Effect]) -> None:
     """Raises InputError where a class attribute that the fits rely on is missing or of another kind."""
     own = effect.__name__
@@ -279,11 +286,12 @@ def spread(columns: Tensor, shape: Tensor) -> Tensor:
 
 
 def grid_values(parameter: Parameter, runs: int) -> Tensor:
-    """(G,) values of one parameter, spread by its scale and off the bounds; of a share the default, of an index up to the number of runs."""
+    """(G,) values of one parameter, spread by its scale and off the bounds; of a share or an option the default, of an index up to the number of
+    runs."""
+    if _ends(parameter):
+        return torch.tensor([parameter.default], dtype=torch.float64)
     if parameter.scale == "index":
         return torch.arange(0, (runs if runs > 1 else 0) + 1, dtype=torch.float64)
-    if parameter.scale == "share":
-        return torch.tensor([parameter.default], dtype=torch.float64)
     unit = (torch.arange(parameter.grid, dtype=torch.float64) + 0.5) / parameter.grid
     return physical_value(unit, parameter)
 

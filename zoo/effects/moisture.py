@@ -6,7 +6,7 @@ import torch
 from torch import Tensor
 
 from zoo.effects.base import History, Parameter, grid_values
-from zoo.effects.clock import GOES_ON, Continuing, anew_or_on
+from zoo.effects.earlier import GOES_ON, Continuing, anew_or_on
 from zoo.physics.relaxation import arrhenius, elapsed
 
 SECONDS_PER_HOUR, JOULES_PER_KILOJOULE = 3600.0, 1000.0
@@ -16,7 +16,7 @@ class Moisture(Continuing):
     """Error (a + f·τ20/τ(T))·e^(−u), u = ∫dt/τ(T): the water that is too much strains the winding, and its flux does as a rate of strain does.
 
     Slowest mode of Fick's diffusion into surroundings that do not change; each run starts as far from them as the others, or where the one before
-    has left it (`zoo.effects.clock`). Diffusion is thermally activated, τ(T) = τ20·exp(E/R·(1/T − 1/T20)), so that a first heating dries the coil
+    has left it (`zoo.effects.earlier`). Diffusion is thermally activated, τ(T) = τ20·exp(E/R·(1/T − 1/T20)), so that a first heating dries the coil
     and the second finds it dry.
     """
 
@@ -45,7 +45,7 @@ class Moisture(Continuing):
         """Water left, and its flux over that at 20 °C, both of those at the start, see `Effect.columns`."""
         tau_s, energy, goes_on = SECONDS_PER_HOUR * shape[..., 0:1], JOULES_PER_KILOJOULE * shape[..., 1:2], shape[..., 2:3].round()
         faster = arrhenius(history.temperature, energy)
-        dwell = self.clock(torch.zeros_like(tau_s) + history.run).squeeze(-2)
-        before = (dwell * arrhenius(self.clock.celsius.to(energy), energy)).sum(-1, keepdim=True)
+        dwell = self.earlier.dwelt(torch.zeros_like(tau_s) + history.run).squeeze(-2)
+        before = (dwell * arrhenius(self.earlier.celsius.to(energy), energy)).sum(-1, keepdim=True)
         left = torch.exp(-(elapsed(history.time, faster) + goes_on * before) / tau_s)
         return torch.stack([left, faster * left], dim=-1)

@@ -10,7 +10,7 @@ import torch
 from torch import Tensor
 
 from zoo.effects.base import Effect
-from zoo.effects.clock import dwell_before
+from zoo.effects.earlier import Before, before_each
 from zoo.errors import InputError
 from zoo.simulator.draws import check_given
 from zoo.simulator.gyros.device import Device, draw
@@ -131,8 +131,8 @@ def _simulated(order: Order, devices: list[Device]) -> Iterator[Simulation]:
     labels = range(1, order.settings.runs + 1)
     runs = [scenario(devices, order.profile.of(label), label, order.chamber, order.settings) for label in labels]
     check = scenario(devices, order.profile.check, "check", order.chamber, order.settings)
-    dwell = dwell_before((run.time.cpu(), run.program.asked(run.time.cpu())) for run in runs)  # of the chamber: the same for all devices
-    order = replace(order, effects=_told(order.effects, dwell), catalogue=_told(order.catalogue, dwell))
+    before = before_each((run.time.cpu(), run.program.asked(run.time.cpu())) for run in runs)  # of the chamber: the same for all devices
+    order = replace(order, effects=_told(order.effects, before), catalogue=_told(order.catalogue, before))
     shares = _shares(order, runs)
     parts = [_parts(run, shares) for run in (*runs, check)]
     for row, device in enumerate(devices):
@@ -142,8 +142,8 @@ def _simulated(order: Order, devices: list[Device]) -> Iterator[Simulation]:
         yield Simulation(device, shares[row], hidden, noise, recorded[:-1], recorded[-1], order.settings, order.chamber)
 
 
-def _told(effects: Mapping[str, Effect], dwell: Tensor) -> dict[str, Effect]:
-    return {name: effect.after(dwell) for name, effect in effects.items()}
+def _told(effects: Mapping[str, Effect], before: Before) -> dict[str, Effect]:
+    return {name: effect.after(before) for name, effect in effects.items()}
 
 
 def _shares(order: Order, runs: Sequence[Scenario]) -> list[dict[str, Share]]:
