@@ -6,10 +6,14 @@ import math
 
 import pytest
 import torch
+from torch import Tensor
 
-from zoo.diagnosis.occam import FAINTEST, LARGEST, SMALLEST, price_of_shape, price_of_size
+from zoo.catalog import build
+from zoo.diagnosis.occam import FAINTEST, LARGEST, SMALLEST, of_moments, price_of_shape, price_of_size
 
 DRAWS = 200_000
+NONE = torch.zeros(1, dtype=torch.float64)
+"""What is no moment."""
 
 
 @pytest.mark.parametrize("amplitudes", [1, 2, 3])
@@ -39,23 +43,54 @@ def test_a_shape_costs_what_integration_over_its_range_says(size) -> None:
     tangent = size * tangent / tangent.norm()
     away = torch.linspace(-0.5, 0.5, 20001, dtype=torch.float64)
     mean = (-0.5 * (size * away).square()).exp().mean()
-    assert price_of_shape(tangent, tangent.new_zeros(200, 0)) == pytest.approx(-math.log(float(mean)), abs=0.15)
+    assert price_of_shape(tangent, tangent.new_zeros(200, 0), NONE) == pytest.approx(-math.log(float(mean)), abs=0.15)
 
 
 def test_a_shape_costs_only_what_nothing_else_can_do() -> None:
     chance = torch.Generator().manual_seed(2)
     others = torch.randn(300, 3, generator=chance, dtype=torch.float64)
     alone = 5.0 * torch.randn(300, 1, generator=chance, dtype=torch.float64)
-    assert price_of_shape(others @ torch.ones(3, 1, dtype=torch.float64), others) == pytest.approx(0.0, abs=1e-6)
-    mixed = price_of_shape(alone + 100.0 * others[:, :1], others)
-    assert mixed == pytest.approx(price_of_shape(alone - others @ torch.linalg.lstsq(others, alone).solution, others), rel=1e-6)
+    assert price_of_shape(others @ torch.ones(3, 1, dtype=torch.float64), others, NONE) == pytest.approx(0.0, abs=1e-6)
+    mixed = price_of_shape(alone + 100.0 * others[:, :1], others, NONE)
+    assert mixed == pytest.approx(price_of_shape(alone - others @ torch.linalg.lstsq(others, alone).solution, others, NONE), rel=1e-6)
 
 
 def test_two_shapes_that_do_not_meddle_cost_their_sum() -> None:
     tangents = torch.zeros(10, 2, dtype=torch.float64)
     tangents[0, 0], tangents[1, 1] = 20.0, 4.0
     nothing = tangents.new_zeros(10, 0)
-    each = [price_of_shape(tangents[:, i : i + 1], nothing) for i in range(2)]
-    assert price_of_shape(tangents, nothing) == pytest.approx(sum(each))
+    each = [price_of_shape(tangents[:, i : i + 1], nothing, NONE) for i in range(2)]
+    assert price_of_shape(tangents, nothing, torch.zeros(2, dtype=torch.float64)) == pytest.approx(sum(each))
     assert each[0] > each[1] > 0
-    assert price_of_shape(tangents[:, :0], nothing) == 0.0
+    assert price_of_shape(tangents[:, :0], nothing, NONE[:0]) == 0.0
+
+
+@pytest.mark.parametrize("height", [0.2, 0.5, 1.0, 5.0])
+def test_a_moment_costs_what_integration_over_a_run_says(height) -> None:
+    """A step in white noise, so many standard deviations of a block high: the mean likelihood over its moments, over that of the middle."""
+    blocks = 400
+    edges = torch.arange(blocks + 1, dtype=torch.float64)
+
+    def step(moment: Tensor) -> Tensor:
+        return height * (edges[1:] - moment.unsqueeze(-1)).clamp(0.0, 1.0)
+
+    middle = torch.tensor([0.5 * blocks], dtype=torch.float64)
+    moments = torch.linspace(0, blocks, 40 * blocks + 1, dtype=torch.float64)
+    mean = (-0.5 * (step(moments) - step(middle)).square().sum(-1)).exp().mean()
+    tangent = blocks * (step(middle + 1e-3) - step(middle)).mT / 1e-3
+    price = price_of_shape(tangent, tangent.new_zeros(blocks, 0), torch.tensor([float(blocks)], dtype=torch.float64))
+    assert price == pytest.approx(-math.log(float(mean)), abs=0.4)
+
+
+def test_only_what_is_a_moment_is_told_apart_along_a_line() -> None:
+    gram = torch.tensor([[400.0, 30.0], [30.0, 9.0]], dtype=torch.float64)
+    assert torch.equal(of_moments(gram, torch.zeros(2, dtype=torch.float64)), gram)
+    less = of_moments(gram, torch.tensor([100.0, 0.0], dtype=torch.float64))
+    assert float(less[1, 1]) == 9.0
+    assert float(less[0, 0]) < 400.0
+    assert float(less[0, 1] ** 2 / less[0, 0]) == pytest.approx(30.0**2 / 400.0), "what they have in common stays in proportion"
+
+
+def test_a_whole_number_has_as_many_choices_as_are_looked_at() -> None:
+    step = build("effects", "bias_step")
+    assert [step.choices(1, runs) for runs in (1, 2, 3)] == [1, 4, 6], "in all, in each, and for good in each but the last"

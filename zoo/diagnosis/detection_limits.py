@@ -14,7 +14,7 @@ from typing import NamedTuple
 import torch
 from torch import Tensor
 
-from zoo.diagnosis.occam import LARGEST, SMALLEST, price_of_size, told_apart
+from zoo.diagnosis.occam import LARGEST, SMALLEST, of_moments, price_of_size, told_apart
 from zoo.diagnosis.shape_search import Beside
 from zoo.diagnosis.solved import Solved
 from zoo.diagnosis.workbench import Workbench
@@ -75,9 +75,9 @@ def detection_limits(bench: Workbench, final: Solved, names: list[str], accept: 
     for name in names:
         looks, effect = _looks(bench, beside, name), bench.effects[name]
         size, score = looks.size / level, looks.score * level
-        whole = sum(one.scale == "index" and not one.usual for one in effect.shape)
-        certain = accept + math.log(max(len(names), 1)) + math.log(size.shape[1]) + 0.5 * whole * math.log(bench.effective_samples)
-        seen = _seen(looks.turned, certain)
+        whole = [effect.choices(place, len(bench.runs)) for place, one in enumerate(effect.shape) if one.scale == "index" and not one.usual]
+        certain = accept + sum(map(math.log, (max(len(names), 1), size.shape[1], *whole)))
+        seen = _seen(looks, certain)
         hidden = ((seen * size / (SMALLEST * ten)).log() / math.log(LARGEST / SMALLEST)).clamp(0.0, 1.0)
         odds = _odds(amplitudes / size.unsqueeze(-1), score, seen)
         found[name] = Limit(float((seen * size).median()), float(hidden.mean()), float(odds.mean()))
@@ -107,11 +107,13 @@ class _Looks(NamedTuple):
         size: (G, K) half of peak to peak of each where it is one standard deviation of its own amplitude [unit]; infinite where the model absorbs it.
         score: (G, K) the residual's amplitude in those; 0 where the model absorbs it.
         turned: (G, K, S, S) Gram of its change over the whole range of each parameter, over its own square, with the model and itself left out.
+        blocks: (S,) how many blocks the whole range of each passes that is a moment, 0 of what is none.
     """
 
     size: Tensor
     score: Tensor
     turned: Tensor
+    blocks: Tensor
 
 
 def _looks(bench: Workbench, beside: Beside, name: str) -> _Looks:
@@ -132,7 +134,8 @@ def _looks(bench: Workbench, beside: Beside, name: str) -> _Looks:
     turned = torch.einsum("sgnk,tgnk->gkst", change, change)
     filled = (plain[0] != 0).any(dim=-2).any(dim=0)
     filled = filled if bool(filled.any()) else torch.ones_like(filled)
-    return _Looks(size[:, filled], score[:, filled], turned[:, filled])
+    moving = [one.scale != "index" for one in effect.shape]
+    return _Looks(size[:, filled], score[:, filled], turned[:, filled], effect.blocks_of_moments(bench.runs[0].average_s)[moving].to(turned))
 
 
 def _moved(beside: Beside, effect: Effect, shapes: Tensor) -> tuple[Tensor, Tensor]:
@@ -145,15 +148,15 @@ def _moved(beside: Beside, effect: Effect, shapes: Tensor) -> tuple[Tensor, Tens
     return columns.unflatten(0, (len(tried), len(shapes))), steps[moving].to(columns)
 
 
-def _seen(turned: Tensor, certain: float) -> Tensor:
+def _seen(looks: _Looks, certain: float) -> Tensor:
     """(G, K) sizes in standard deviations that are seen with 90 %: what evidence must reach, and what size and shape cost at the size it is for.
 
     Args:
-        turned: (G, K, S, S), see `_Looks`.
+        looks: what the runs see of an effect.
         certain: log Bayes factor that is asked for whatever the size.
     """
-    z = turned.new_full(turned.shape[:2], math.sqrt(2.0 * certain))
+    z = looks.turned.new_full(looks.turned.shape[:2], math.sqrt(2.0 * certain))
     for _ in range(ROUNDS):
-        shape = told_apart(turned * z.square().unsqueeze(-1).unsqueeze(-1))
+        shape = told_apart(of_moments(looks.turned * z.square().unsqueeze(-1).unsqueeze(-1), looks.blocks))
         z = (2.0 * (certain + price_of_size(1, z.square()) + shape)).clamp_min(0.0).sqrt()
     return z + QUANTILE

@@ -14,6 +14,8 @@ from zoo.fitting.projection import project
 
 SMALLEST, LARGEST = 0.1, 10.0
 """Sizes that a missing effect may have, every factor as likely as any other [white noise of a mean over 10 s]."""
+ALONG_A_LINE = math.sqrt(2.0 * math.pi) / 4.0
+"""Times the root of χ² per block: of the moments that a parabola tells apart the share that a straight line does, see `of_moments`."""
 FAINTEST = 1.0
 """Size in standard deviations below which an amplitude costs no less: a signal in the noise tells nothing of its size."""
 
@@ -33,17 +35,33 @@ def price_of_size(amplitudes: int, chi2: Tensor) -> Tensor:
     return math.log(math.log(LARGEST / SMALLEST)) + sphere + 0.5 * amplitudes * (square / (2.0 * math.pi)).log()
 
 
-def price_of_shape(tangents: Tensor, others: Tensor) -> float:
+def price_of_shape(tangents: Tensor, others: Tensor, blocks: Tensor) -> float:
     """Logarithm of how many shapes the runs tell apart, of all within the bounds: Laplace's approximation where each is as likely, never below 0.
 
     Args:
         tangents: (N, S) change of the signal over the whole range of each parameter, in standard deviations of the noise.
         others: (N, K) what else the model may do.
+        blocks: (S,) see `of_moments`.
     """
     if not tangents.shape[1]:
         return 0.0
     outside = project(others, tangents.mT).residual
-    return float(told_apart(outside @ outside.mT))
+    return float(told_apart(of_moments(outside @ outside.mT, blocks)))
+
+
+def of_moments(gram: Tensor, blocks: Tensor) -> Tensor:
+    """(..., S, S) the Gram of changes over the whole range with those of moments as small as moments are told apart.
+
+    A step that is moved differs in the blocks between: χ² rises along a straight line, by e a block, and not along the parabola of the tangent, e a
+    block squared. The line leaves a likelihood 4/e blocks wide, the parabola one of √(2π/e).
+
+    Args:
+        gram: (..., S, S).
+        blocks: (S,) how many blocks the whole range of a moment passes; 0 of what is none.
+    """
+    per_block = gram.diagonal(dim1=-2, dim2=-1).clamp_min(0.0).sqrt() / blocks.clamp_min(1.0)
+    scale = torch.where(blocks > 0, (ALONG_A_LINE * per_block).clamp_max(1.0), 1.0)
+    return gram * scale.unsqueeze(-1) * scale.unsqueeze(-2)
 
 
 def told_apart(gram: Tensor) -> Tensor:

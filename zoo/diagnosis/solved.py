@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, field
 from functools import cached_property
 from typing import NamedTuple
@@ -15,7 +16,7 @@ from zoo.diagnosis.occam import price_of_shape, price_of_size
 from zoo.diagnosis.trimming import trimmed
 from zoo.effects.base import physical_value
 from zoo.fitting.design import Design
-from zoo.fitting.projection import orthonormal, project
+from zoo.fitting.projection import log_volume, orthonormal, project
 from zoo.fitting.variable_projection import Fit
 from zoo.models.graybox import GrayBox
 
@@ -46,6 +47,7 @@ class Solved:
         mixtures: the noise that the gyro may have.
         near: the mixture to start from in the search for the likeliest.
         worths: log evidences found so far, by the effects that were not trimmed.
+        volumes: what `known_under` found so far, by the noise.
         freed: what free functions are worth beside it, those that were tried, by what they depend on.
     """
 
@@ -56,6 +58,7 @@ class Solved:
     mixtures: NoiseMixtures
     near: Place = START
     worths: dict[frozenset[str], float] = field(default_factory=dict)
+    volumes: dict[tuple[Place, float], float] = field(default_factory=dict)
     freed: dict[str, Freed] = field(default_factory=dict)
 
     @cached_property
@@ -89,7 +92,8 @@ class Solved:
     def price(self, effects: dict[str, list[int]], each: float) -> float:
         """What the parameters cost in evidence, when the columns of some effects are trimmed under the likeliest noise, with the χ² lost by that.
 
-        Those effects cost what `zoo.diagnosis.occam` says of their sizes and shapes. Any other parameter, and a whole number, costs half of `each`.
+        Those effects cost what `zoo.diagnosis.occam` says of their sizes and shapes, and of a whole number the logarithm of its choices. Any other
+        parameter costs half of `each`, and so does a whole number that nearly every gyro has alike.
 
         Args:
             effects: places of their amplitudes.
@@ -104,15 +108,41 @@ class Solved:
         every = white[:, :-1] + torch.nn.functional.pad(edge, (plain.shape[1] - edge.shape[1], 0))
         white = torch.cat([white, with_rows(self.fit.held, white) * (self.mixtures.white / self.likely.noise.white)])
         found = trimmed(white[:, :-1], white[:, -1], self.fit.moves, list(effects.values()), each)
-        amplitudes = len(self.fit.amplitudes)
-        shapes = [amplitudes + i for i, (owner, _) in enumerate(self.model.parameters_of_theta()) if owner in effects]
-        shapes = [place for place in shapes if place in found.left]
+        shapes, blocks = self._shapes(effects, found.left)
         fixed = [place for place in found.left if place not in shapes]
         sizes = [[place for place in places if place in found.left] for places in effects.values()]
-        usual = len(fixed) - sum(len(own) for own in sizes) + len(self.whole)
+        usual = len(fixed) - sum(len(own) for own in sizes)
         occam = sum(float(price_of_size(len(own), _explained(white, own, fixed))) for own in sizes)
-        occam += price_of_shape(every[:, shapes], every[:, fixed])
+        occam += price_of_shape(every[:, shapes], every[:, fixed], blocks.to(every)) + self._price_of_whole(effects, each)
         return 0.5 * found.gain + found.choices + 0.5 * usual * each + occam
+
+    def _shapes(self, effects: dict[str, list[int]], left: list[int]) -> tuple[list[int], Tensor]:
+        """Places of the tangents of some effects, of those that are left, and blocks that each passes that is a moment."""
+        amplitudes, average_s = len(self.fit.amplitudes), self.design.runs[0].average_s
+        owners = [owner for owner, _ in self.model.parameters_of_theta()]
+        blocks = torch.zeros(len(owners), dtype=torch.float64)
+        for name, effect in self.model.named_effects():
+            blocks[[i for i, owner in enumerate(owners) if owner == name]] = effect.blocks_of_moments(average_s)
+        places = [i for i, owner in enumerate(owners) if owner in effects and amplitudes + i in left]
+        return [amplitudes + i for i in places], blocks[places]
+
+    def _price_of_whole(self, effects: dict[str, list[int]], each: float) -> float:
+        """What whole numbers cost."""
+        found = 0.0
+        for name, effect in self.model.named_effects():
+            for place, one in enumerate(effect.shape):
+                if (name, one.name) in self.whole:
+                    found += math.log(effect.choices(place, len(self.design.runs))) if name in effects and not one.usual else 0.5 * each
+        return found
+
+    def known_under(self, likely: Likely) -> float:
+        """How well its parameters would be known under a noise: the logarithm of the Gram determinant of its columns and tangents, whitened by it."""
+        key = likely.place, likely.noise.white
+        if key not in self.volumes:
+            level = likely.noise.white / self.mixtures.white
+            white = self.mixtures.whitener(likely.place)[1](self.fit.plain) * (self.mixtures.white / level)
+            self.volumes[key] = log_volume(white, self.fit.plain)[0]
+        return self.volumes[key]
 
     @property
     def plain_columns(self) -> Tensor:
@@ -135,11 +165,11 @@ class Solved:
         return self.fit.columns.shape[1] + int(self.fit.moves.any(dim=1).sum()) + len(self.whole)
 
     @property
-    def whole(self) -> list[str]:
-        """Whose whole numbers there are, to which nothing has a slope; those that nearly every gyro has do not count."""
+    def whole(self) -> list[tuple[str, str]]:
+        """Whose whole numbers there are and which, to which nothing has a slope; those that nearly every gyro has do not count."""
         declared = zip(self.model.parameters_of_theta(), self.fit.theta, self.fit.moves, strict=True)
         numbers = [(owner, one, place) for (owner, one), place, moves in declared if one.scale == "index" and not bool(moves.any())]
-        return [owner for owner, one, place in numbers if not (one.usual and float(physical_value(place, one)) == one.default)]
+        return [(owner, one.name) for owner, one, place in numbers if not (one.usual and float(physical_value(place, one)) == one.default)]
 
 
 def _explained(white: Tensor, own: list[int], fixed: list[int]) -> Tensor:

@@ -21,6 +21,7 @@ if TYPE_CHECKING:
 Scale = Literal["linear", "log", "inverse", "index", "share"]
 Place = Literal["coil", "housing"]
 
+SECONDS_PER_HOUR, HALF_A_DAY_S = 3600.0, 43200.0
 OF_PLACE = ("temperature", "rate", "gradient", "thermometer", "reference")
 """Signals of a history beside the time and the recorded columns."""
 
@@ -112,6 +113,7 @@ class Effect(nn.Module):
         sharp: whether its columns change much within a few kelvins, without memory, so that a search has to look closely for where the place is.
         instant: whether its columns at one moment depend on that moment alone, so that a search through many shapes may take means for moments.
         runs_together: whether its columns are right for several runs at once, along a leading axis (see `History`); faster than one by one.
+        moments: which shapes are moments in a run, in hours, at which the columns jump.
         needs_varied_reference: whether the effect cannot be told from a bias where the true input is always the same.
         formula: plain-text formula.
         source: where it comes from.
@@ -127,6 +129,7 @@ class Effect(nn.Module):
     sharp: ClassVar[bool] = False
     instant: ClassVar[bool] = False
     runs_together: ClassVar[bool] = False
+    moments: ClassVar[tuple[str, ...]] = ()
     needs_varied_reference: ClassVar[bool] = False
     formula: ClassVar[str] = ""
     source: ClassVar[str] = ""
@@ -213,6 +216,15 @@ class Effect(nn.Module):
         """
         axes = [grid_values(parameter, runs) for parameter in self.shape]
         return torch.cartesian_prod(*axes).reshape(-1, len(axes)) if axes else torch.zeros(1, 0, dtype=torch.float64)
+
+    def choices(self, place: int, runs: int) -> int:
+        """How many values of a whole number, at a place of the shape, a search through so many runs looks at."""
+        return len(self.shapes_to_try(HALF_A_DAY_S, runs)[:, place].unique())
+
+    def blocks_of_moments(self, average_s: float) -> Tensor:
+        """(S,) how many blocks of a length [s] the whole range of each shape passes that is a moment; 0 of what is none."""
+        passed = [(one.high - one.low) * SECONDS_PER_HOUR / average_s if one.name in self.moments else 0.0 for one in self.shape]
+        return torch.tensor(passed, dtype=torch.float64)
 
     def shapes_near(self, shape: Tensor, span_s: float) -> Tensor:
         """(G, S) shapes around the best of those to try, where a fit would not find its way from there.

@@ -22,6 +22,7 @@ class BiasStep(Effect):
 
     name = "bias_step"
     runs_together = True
+    moments = ("onset",)
     place = "housing"
     shape = (
         Parameter("onset", 2.0, "h", 0.0, 24.0, source="anywhere in a run", meaning="time from the run's start"),
