@@ -18,6 +18,8 @@ from zoo.diagnosis.posterior import hypotheses
 from zoo.diagnosis.screening import Screened, screen
 from zoo.diagnosis.search import PAIRED, Search, _drop, _remember, _single, _singles, _white
 from zoo.diagnosis.trials import Step, Trial, glances, refit
+from zoo.effects.earlier import before_each
+from zoo.effects.hysteresis import play
 from zoo.models.graybox import GrayBox
 from zoo.simulator.in_process import as_run
 
@@ -292,3 +294,17 @@ def test_a_drift_by_a_power_of_time_is_ageing_and_nothing_else(simulation, catal
     assert (found.verdict, found.search.missing) == ("missing", ["aging"])
     bend = found.record["parameters"]["aging"]["bend"]["value"]
     assert 1.0 - 0.7 * bend == pytest.approx(exponent, abs=0.05)
+
+
+def test_a_loop_that_goes_on_from_run_to_run_is_known_by_it(simulation, catalogue, base, white) -> None:
+    """The second run begins where the coil's way through the first has left it, not as from room temperature."""
+    recorded = simulation("").runs
+    coils = [one.truth["temperature_coil_c"] for one in recorded]
+    turns = before_each([(one.truth["time_s"], coil) for one, coil in zip(recorded, coils, strict=True)]).turns
+    width, past = torch.tensor([[8.0], [-1.0]], dtype=torch.float64)
+    loops = [torch.tanh((play(coil, width, past, before) - 20.0) / 30.0) for coil, before in zip(coils, turns[:-1], strict=True)]
+    runs = [as_run(one) for one in recorded]
+    record = diagnose([replace(run, error=run.error + 30 * white * loop) for run, loop in zip(runs, loops, strict=True)], base, catalogue).record
+    assert record["missing"] == ["hysteresis"]
+    assert record["parameters"]["hysteresis"]["past"]["value"] < -0.5
+    assert record["rms_final"] < 1.1 * record["noise_floor"]
