@@ -17,7 +17,6 @@ from zoo.diagnosis.acceptance import ACCEPT
 from zoo.diagnosis.alike import indistinguishable
 from zoo.diagnosis.cross_validation import rms_by_run, segment_cost
 from zoo.diagnosis.diagnose import open_bench
-from zoo.diagnosis.noise_likelihood import Likely
 from zoo.diagnosis.posterior import ANOTHER, SOMETHING, TEMPER, believed, hypotheses, posterior, too_small, unknown
 from zoo.diagnosis.screening import Screened, screen
 from zoo.diagnosis.search import Search, what_helps
@@ -100,20 +99,6 @@ def test_evidence_is_antisymmetric_and_none_against_itself(diagnosis) -> None:
     assert found.bench.evidence(base, base) == 0
     assert found.bench.evidence(base, final) == -found.bench.evidence(final, base)
     assert found.bench.evidence(base, final) > 50
-
-
-def test_parameters_are_the_better_known_the_less_noise_there_is_where_they_are(diagnosis) -> None:
-    """Flicker hides the slow columns of a model and so what they know; twice the noise at all frequencies costs every one of them ln 2."""
-    found = diagnosis("bias_step")
-    mixtures, final = found.bench.mixtures, found.search.final
-
-    def known(flicker: int, level: float = 1.0) -> float:
-        noise = mixtures.whitener((flicker, 0))[0]
-        return final.known_under(Likely(0.0, replace(noise, white=level * noise.white), 0.0, (flicker, 0)))
-
-    assert known(0) > known(2) + 1.0 > known(4) + 2.0
-    columns = int((final.fit.plain.norm(dim=0) > 0).sum())
-    assert known(1) - known(1, 2.0) == pytest.approx(columns * math.log(4.0), rel=1e-3)
 
 
 def test_evidence_adds_along_a_path(diagnosis) -> None:

@@ -144,7 +144,7 @@ def test_a_past_is_counted_only_where_runs_begin_away_from_room_temperature(runs
     bench = open_bench(moved, base, catalogue)
     solved = bench.add(bench.begin(tuple(base)), "hysteresis")
     assert solved.freedom == solved.plain_columns.shape[1] + solved.fit.theta.numel() - 1 + counted
-    assert bench.add(bench.begin(tuple(base)), "bias_step").whole == ["bias_step"], "the number of a run is always"
+    assert bench.add(bench.begin(tuple(base)), "bias_step").whole == [("bias_step", "run")], "the number of a run is always"
 
 
 @pytest.mark.parametrize("hidden", ["", "rate_temperature_coupling", "polarization", "viscoelastic"])
@@ -163,7 +163,7 @@ def test_an_option_counts_and_costs_where_it_is_another_than_usual_and_is_never_
     for goes_on in (0.0, 1.0):
         shape = torch.tensor([0.2, goes_on], dtype=torch.float64)
         solved = bench.peek(start, "aging", shape)
-        assert solved.whole == ["aging"] * int(goes_on)
+        assert solved.whole == [("aging", "goes_on")] * int(goes_on)
         assert unusual(aging, shape.unsqueeze(0)).tolist() == [UNUSUAL * goes_on]
         assert float(_released(solved, ())[-1]) == goes_on
     assert unusual(bench.effects["bias_step"], torch.tensor([[2.0, 1.0]])).tolist() == [0.0], "any run is as likely as another"

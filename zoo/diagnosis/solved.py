@@ -16,7 +16,7 @@ from zoo.diagnosis.occam import price_of_shape, price_of_size
 from zoo.diagnosis.trimming import trimmed
 from zoo.effects.base import physical_value
 from zoo.fitting.design import Design
-from zoo.fitting.projection import log_volume, orthonormal, project
+from zoo.fitting.projection import orthonormal, project
 from zoo.fitting.variable_projection import Fit
 from zoo.models.graybox import GrayBox
 
@@ -47,7 +47,6 @@ class Solved:
         mixtures: the noise that the gyro may have.
         near: the mixture to start from in the search for the likeliest.
         worths: log evidences found so far, by the effects that were not trimmed.
-        volumes: what `known_under` found so far, by the noise.
         freed: what free functions are worth beside it, those that were tried, by what they depend on.
     """
 
@@ -58,7 +57,6 @@ class Solved:
     mixtures: NoiseMixtures
     near: Place = START
     worths: dict[frozenset[str], float] = field(default_factory=dict)
-    volumes: dict[tuple[Place, float], float] = field(default_factory=dict)
     freed: dict[str, Freed] = field(default_factory=dict)
 
     @cached_property
@@ -134,15 +132,6 @@ class Solved:
                 if (name, one.name) in self.whole:
                     found += math.log(effect.choices(place, len(self.design.runs))) if name in effects and not one.usual else 0.5 * each
         return found
-
-    def known_under(self, likely: Likely) -> float:
-        """How well its parameters would be known under a noise: the logarithm of the Gram determinant of its columns and tangents, whitened by it."""
-        key = likely.place, likely.noise.white
-        if key not in self.volumes:
-            level = likely.noise.white / self.mixtures.white
-            white = self.mixtures.whitener(likely.place)[1](self.fit.plain) * (self.mixtures.white / level)
-            self.volumes[key] = log_volume(white, self.fit.plain)[0]
-        return self.volumes[key]
 
     @property
     def plain_columns(self) -> Tensor:

@@ -240,15 +240,12 @@ class Workbench:
         """Log Bayes factor of one model over another, usually a smaller one, each under the noise that suits it best.
 
         A slow residual may be an effect or flicker: the noise mixture is part of either hypothesis, so that an effect must beat the noise that would
-        do without it. A slow column takes some of that noise away, which is no merit: the likelihoods are restricted to what the smaller model's
-        columns do not reach (Patterson & Thompson 1971, Biometrika 58:545).
+        do without it.
 
         An effect that only one of them has is judged by those of its amplitudes that the runs call for, and costs what its sizes and shapes do, see
         `zoo.diagnosis.occam`; any other parameter costs half the logarithm of the effective number of samples (Schwarz 1978).
         """
-        smaller = [one for one in (less, more) if len(one.names) == min(len(less.names), len(more.names))]
-        known = sum(one.known_under(more.likely) - one.known_under(less.likely) for one in smaller) / len(smaller)
-        return self._worth(more, less.names) - self._worth(less, more.names) - 0.5 * known
+        return self._worth(more, less.names) - self._worth(less, more.names)
 
     def _worth(self, solved: Solved, common: tuple[str, ...]) -> float:
         """Log likelihood less what the parameters cost, with effects that are not among the common ones trimmed."""
