@@ -10,6 +10,7 @@ from torch import Tensor
 
 from zoo.catalog import build
 from zoo.diagnosis.occam import FAINTEST, LARGEST, SMALLEST, of_moments, price_of_shape, price_of_size
+from zoo.effects.bias_step import BiasStep
 
 DRAWS = 200_000
 NONE = torch.zeros(1, dtype=torch.float64)
@@ -94,3 +95,11 @@ def test_only_what_is_a_moment_is_told_apart_along_a_line() -> None:
 def test_a_whole_number_has_as_many_choices_as_are_looked_at() -> None:
     step = build("effects", "bias_step")
     assert [step.choices(1, runs) for runs in (1, 2, 3)] == [1, 4, 6], "in all, in each, and for good in each but the last"
+
+
+def test_a_whole_number_costs_the_logarithm_of_its_choices(diagnosis, monkeypatch) -> None:
+    final = diagnosis("bias_step").search.final
+    effects = {"bias_step": final.places()["bias_step"]}
+    price, choices = final.price(effects, 6.0), BiasStep.choices
+    monkeypatch.setattr(BiasStep, "choices", lambda *given: 3 * choices(*given))
+    assert final.price(effects, 6.0) - price == pytest.approx(math.log(3.0))

@@ -99,12 +99,11 @@ class Solved:
         """
         if not effects:
             return 0.5 * self.freedom * each
-        plain, edge = self.fit.plain, self.fit.plain_edge
+        plain, edge, level = self.fit.plain, self.fit.plain_edge, self.mixtures.white / self.likely.noise.white
         whitened = self.mixtures.whitener(self.likely.place)[1](torch.cat([plain, self.design.error.unsqueeze(1), edge], dim=1))
-        whitened = whitened * (self.mixtures.white / self.likely.noise.white)
-        white, edge = whitened.split([plain.shape[1] + 1, edge.shape[1]], dim=1)
+        white, edge = (level * whitened).split([plain.shape[1] + 1, edge.shape[1]], dim=1)
         every = white[:, :-1] + torch.nn.functional.pad(edge, (plain.shape[1] - edge.shape[1], 0))
-        white = torch.cat([white, with_rows(self.fit.held, white) * (self.mixtures.white / self.likely.noise.white)])
+        white = torch.cat([white, level * with_rows(self.fit.held, white)])
         found = trimmed(white[:, :-1], white[:, -1], self.fit.moves, list(effects.values()), each)
         shapes, blocks = self._shapes(effects, found.left)
         fixed = [place for place in found.left if place not in shapes]

@@ -95,7 +95,7 @@ def before_each(runs: Iterable[tuple[Tensor, Tensor]]) -> Before:
     temperatures is shared by them as a straight line does.
 
     Args:
-        runs: time (T,) [s] and temperature (T,) [°C] of each, one at least.
+        runs: time (T,) [s] and temperature (T,) [°C] of each, one run at least.
     """
     dwell, turns = [torch.zeros(BINS, dtype=torch.float64)], list[Tensor]()
     for time, celsius in runs:
@@ -107,10 +107,8 @@ def before_each(runs: Iterable[tuple[Tensor, Tensor]]) -> Before:
         step_s, share = torch.diff(time).double(), place - below
         low = torch.bincount(below.long(), step_s * (1 - share), BINS)
         dwell.append(dwell[-1] + (low + torch.bincount(below.long() + 1, step_s * share, BINS)).cpu())
-    most = max((len(one) for one in turns), default=1)
-    return Before(
-        torch.stack(dwell), torch.stack([torch.cat([one, one[-1:].expand(most - len(one))]) for one in turns]) if turns else Earlier().turns
-    )
+    most = max(map(len, turns))
+    return Before(torch.stack(dwell), torch.stack([torch.cat([one, one[-1:].expand(most - len(one))]) for one in turns]))
 
 
 def turns_of(celsius: Tensor) -> Tensor:
