@@ -13,7 +13,7 @@ from zoo.diagnosis.workbench import FAR, QUIET, Workbench
 
 ACCEPT, FIRST = 7.0, 2.0
 """Log Bayes factor that an effect must reach over the model without it, on top of the logarithm of the number of candidates: 1100 : 1; 7.4 : 1 for
-the first that is added, for beside nothing it cannot make up for the simplified form of another. Of 135 simulated gyros with nothing hidden four have
+the first that is added, for beside nothing it cannot make up for the simplified form of another. Of 126 simulated gyros with nothing hidden two have
 more than the latter; what makes up for another's form reaches 14, what is really there beside another has 20 and more in twenty gyros of twenty."""
 MOPPING_UP = 0.03
 """Share of the variance explained so far below which an addition is taken for a correction to it (17 % in amplitude)."""

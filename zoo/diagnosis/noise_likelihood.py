@@ -36,14 +36,12 @@ class Likely:
 
     Attributes:
         logarithm: log likelihood, prior of the noise included.
-        restricted: the same of what the model's columns do not reach, see `NoiseMixtures.most_likely`.
         noise: the mixture.
         cost: χ² of the residual under it, the level's factor taken out, with what moving along held tangents costs.
         place: on the grid of mixtures.
     """
 
     logarithm: float
-    restricted: float
     noise: NoiseModel
     cost: float
     place: Place
@@ -75,51 +73,46 @@ class NoiseMixtures:
         """Whether a mixture walks as few gyros do, so that something else may be taken for a walk."""
         return noise.walk >= 0.99 * MUCH_WALK * noise.white
 
-    def most_likely(self, columns: Tensor, target: Tensor, start: Place = START, held: Tensor | None = None) -> Likely:
+    def most_likely(self, columns: Tensor, target: Tensor, start: Place = START, restricted: bool = False, held: Tensor | None = None) -> Likely:
         """Climb to the likeliest mixture, the amplitudes fitted under each.
 
         A slow column takes some of the slow noise away, so that the likelihood of what is left finds less of it than there is. The restricted
         likelihood, of that part of the target which no column reaches, reckons with it (Patterson & Thompson 1971, Biometrika 58:545); where
-        hardly any slow noise is left to be seen, the prior of the mixtures decides.
+        hardly any slow noise is left to be seen, the prior of the mixtures decides in either.
 
         Args:
             columns: (N, K) block means of a model's columns, its tangents included [unit].
             target: (N,) block means of what they are fitted to [unit].
             start: where to climb from; by default the typical mixture.
+            restricted: whether the likelihood is.
             held: (P, L+1) rows of the first L columns and the target that hold tangents back, see `zoo.fitting.variable_projection.Fit.held`.
         """
         joined = torch.cat([columns, target.unsqueeze(1)], dim=1)
-        at = cache(lambda place: self._joined(place, joined, held))
+        at = cache(lambda place: self._joined(place, joined, restricted, held))
         place = start
         while True:
-            best = max(_neighbours(place), key=lambda near: at(near).restricted)
+            best = max(_neighbours(place), key=lambda near: at(near).logarithm)
             if best == place:
                 return at(place)
             step = best[0] - place[0], best[1] - place[1]
             place, ahead = best, (best[0] + step[0], best[1] + step[1])
-            while ahead in _neighbours(place) and at(ahead).restricted > at(place).restricted:
+            while ahead in _neighbours(place) and at(ahead).logarithm > at(place).logarithm:
                 place, ahead = ahead, (ahead[0] + step[0], ahead[1] + step[1])
 
     def at(self, place: Place, columns: Tensor, target: Tensor, held: Tensor | None = None) -> Likely:
         """One mixture, see `most_likely`."""
-        return self._joined(place, torch.cat([columns, target.unsqueeze(1)], dim=1), held)
+        return self._joined(place, torch.cat([columns, target.unsqueeze(1)], dim=1), held=held)
 
-    def _joined(self, place: Place, joined: Tensor, held: Tensor | None = None) -> Likely:
+    def _joined(self, place: Place, joined: Tensor, restricted: bool = False, held: Tensor | None = None) -> Likely:
         noise, whitener = self.whitener(place)
         white = whitener(joined)
         cost = held_cost(white, held)
         walk = WALK_SHARES[place[1]] or TYPICAL_WALK
         prior = _log_prior(FLICKER_SHARES[place[0]], TYPICAL_FLICKER) + _log_prior(walk, TYPICAL_WALK)
-        absorbed, reached = log_volume(_with_held(white, held)[:, :-1] * self.white, joined[:, :-1])
+        absorbed, reached = log_volume(white[:, :-1] * self.white, joined[:, :-1]) if restricted else (0.0, 0)
         factor, logarithm = _best_level(cost, len(joined) - reached)
-        restricted = logarithm - 0.5 * (whitener.log_determinant + absorbed) + prior
         scaled = replace(noise, white=noise.white * factor, flicker=noise.flicker * factor, walk=noise.walk * factor)
-        return Likely(restricted + 0.5 * absorbed - reached * math.log(factor), restricted, scaled, cost / factor**2, place)
-
-
-def _with_held(white: Tensor, held: Tensor | None) -> Tensor:
-    """Whitened columns (N, K+1), above the rows that hold some of them back."""
-    return white if held is None else torch.cat([white, with_rows(held, white)])
+        return Likely(logarithm - 0.5 * (whitener.log_determinant + absorbed) + prior, scaled, cost / factor**2, place)
 
 
 def held_cost(white: Tensor, held: Tensor | None = None) -> float:
@@ -131,7 +124,7 @@ def held_cost(white: Tensor, held: Tensor | None = None) -> float:
     """
     if held is None:
         return float(project(white[:, :-1], white[:, -1]).cost)
-    joined = _with_held(white, held)
+    joined = torch.cat([white, with_rows(held, white)])
     return float(project(joined[:, :-1], joined[:, -1]).cost - held[:, -1].square().sum())
 
 

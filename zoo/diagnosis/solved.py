@@ -66,8 +66,13 @@ class Solved:
 
     @cached_property
     def likely(self) -> Likely:
-        """The noise mixture under which the residual is most likely, see `NoiseMixtures.most_likely`."""
+        """The noise mixture under which the residual is most likely."""
         return self.mixtures.most_likely(self.fit.plain, self.design.error, self.near, held=self.fit.held)
+
+    @cached_property
+    def slow_noise(self) -> Likely:
+        """The same for what the noise does to the fitted values, which have taken some of it away, see `NoiseMixtures.most_likely`."""
+        return self.mixtures.most_likely(self.fit.plain, self.design.error, self.likely.place, restricted=True)
 
     @cached_property
     def residual(self) -> Tensor:

@@ -240,7 +240,7 @@ class Workbench:
         """Log Bayes factor of one model over another, usually a smaller one, each under the noise that suits it best.
 
         A slow residual may be an effect or flicker: the noise mixture is part of either hypothesis, so that an effect must beat the noise that would
-        do without it. That a slow column takes some of the noise away is no merit, see `NoiseMixtures.most_likely`.
+        do without it.
 
         An effect that only one of them has is judged by those of its amplitudes that the runs call for, and costs what its sizes and shapes do, see
         `zoo.diagnosis.occam`; any other parameter costs half the logarithm of the effective number of samples (Schwarz 1978).
