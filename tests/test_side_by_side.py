@@ -15,7 +15,7 @@ import pytest
 import torch
 
 from zoo import side_by_side as module
-from zoo.side_by_side import side_by_side
+from zoo.side_by_side import of_item, side_by_side
 from zoo.threads import threads_for
 
 HERE = os.getpid()
@@ -242,3 +242,21 @@ def test_what_goes_wrong_here_is_raised_and_leaves_all_threads(three, monkeypatc
     with pytest.raises(ZeroDivisionError):
         side_by_side(lambda item: 1 / item, [1, 0, 1])
     assert torch.get_num_threads() == before
+
+
+def test_what_one_item_remembers_no_other_finds(allowed) -> None:
+    """Whichever process did which, so that it cannot matter; an item within an item has the memory of the outer one."""
+    shared = ["before"]
+
+    def work(item: int) -> tuple[list[str], list[str]]:
+        mine = of_item(shared, list)
+        found = [*shared, *mine]
+        mine.append(f"of {item}")
+        side_by_side(lambda inner: of_item(shared, list).append(f"within {inner}"), range(2))
+        return found, list(of_item(shared, list))
+
+    for item, (found, left_over) in enumerate(side_by_side(work, range(6))):
+        assert found == ["before"]
+        assert left_over == [f"of {item}", "within 0", "within 1"]
+    assert of_item(shared, list) is shared
+    assert shared == ["before"]

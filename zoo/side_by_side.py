@@ -37,6 +37,7 @@ WORTH_S = 0.3
 """What would last less in one process stays there: whatever either process writes to after it was copied, the system has to copy as well."""
 
 _busy: ContextVar[bool] = ContextVar("busy", default=False)
+_memory: ContextVar[dict[int, tuple[Any, Any]] | None] = ContextVar("memory", default=None)
 _paces: dict[Hashable, float] = {}
 """Seconds that an item took when this work was last done, by its code."""
 
@@ -46,7 +47,7 @@ def side_by_side(work: Callable[[T], R], items: Iterable[T]) -> list[R]:
 
     Where only one is allowed, within one of them, in another thread than the main one, and where a GPU works, one item is done after the other; so
     are the first ones, until they show that the rest is worth copies. What a copy does not bring, for whatever reason, is done here, so that errors
-    are raised as ever.
+    are raised as ever. Each item finds what was remembered before the first of them, and leaves nothing to the next, see `of_item`.
 
     Args:
         work: must not need what it does for another item, nor tell anybody of it: what it leaves behind besides its result is lost in a copy, and
@@ -54,10 +55,13 @@ def side_by_side(work: Callable[[T], R], items: Iterable[T]) -> list[R]:
         items: what it is called with, a thousand at most.
     """
     given = list(items)
-    elsewhere = _busy.get() or threading.current_thread() is not threading.main_thread() or torch.cuda.is_initialized()
-    if min(ALLOWED, len(given)) < 2 or not COPIES or elsewhere or len(given) * PLACE.size > select.PIPE_BUF:
+    if len(given) < 2:
         return [work(item) for item in given]
     kind: Hashable = getattr(work, "__code__", None)
+    work = _forgetful(work)
+    elsewhere = _busy.get() or threading.current_thread() is not threading.main_thread() or torch.cuda.is_initialized()
+    if ALLOWED < 2 or not COPIES or elsewhere or len(given) * PLACE.size > select.PIPE_BUF:
+        return [work(item) for item in given]
     begun, pace, done = time.monotonic(), _paces.get(kind), list[R]()
     with _alone():
         while len(done) < len(given) and (pace is None or pace * (len(given) - len(done)) < WORTH_S):
@@ -68,6 +72,37 @@ def side_by_side(work: Callable[[T], R], items: Iterable[T]) -> list[R]:
     found = _shared(work, rest, workers) if rest else []
     _paces[kind] = (time.monotonic() - begun) * workers / len(given)
     return [*done, *found]
+
+
+def of_item(shared: R, make: Callable[[], R]) -> R:
+    """A memory for the item that is being worked on, beside one that all share; between items that one itself.
+
+    What is computed of many things at once differs, by its last digits, from the same computed of few. Remembered by one item and found by another,
+    it would make results depend on which process did which.
+
+    Args:
+        shared: what remembers.
+        make: an empty one.
+    """
+    memory = _memory.get()
+    if memory is None:
+        return shared
+    if id(shared) not in memory:
+        memory[id(shared)] = shared, make()
+    return memory[id(shared)][1]
+
+
+def _forgetful(work: Callable[[T], R]) -> Callable[[T], R]:
+    """The same work with a memory of its own for each item; an item within an item has that of the outer one."""
+
+    def alone(item: T) -> R:
+        token = _memory.set({} if _memory.get() is None else _memory.get())
+        try:
+            return work(item)
+        finally:
+            _memory.reset(token)
+
+    return alone
 
 
 def _shared(work: Callable[[T], R], given: list[T], workers: int) -> list[R]:

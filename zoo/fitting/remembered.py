@@ -7,6 +7,8 @@ from collections.abc import Callable, Hashable, Sequence
 import torch
 from torch import Tensor
 
+from zoo.side_by_side import of_item
+
 KEPT = 4_000_000
 """Numbers kept at most, in all."""
 
@@ -25,18 +27,21 @@ class Remembered:
             keys: of each.
             make: places among the keys -> (b, N, K) of these, time first in memory.
         """
-        new = [i for i, key in enumerate(keys) if key not in self._known]
+        own = of_item(self, Remembered)
+        new = [i for i, key in enumerate(keys) if key not in own._known and key not in self._known]
         made = make(new) if new else None
         if made is not None and len(new) == len(keys):
             batch = made
         else:
             fresh = dict(zip([keys[i] for i in new], made if made is not None else (), strict=True))
-            batch = torch.stack([fresh[key] if key in fresh else self._again(key) for key in keys], dim=1).movedim(1, 0)
+            batch = torch.stack([fresh[key] if key in fresh else own._again(key, self) for key in keys], dim=1).movedim(1, 0)
         for i in new:
-            self._keep(keys[i], batch[i])
+            own._keep(keys[i], batch[i])
         return batch
 
-    def _again(self, key: Hashable) -> Tensor:
+    def _again(self, key: Hashable, shared: Remembered) -> Tensor:
+        if key not in self._known:
+            return shared._known[key]
         value = self._known[key] = self._known.pop(key)  # Last, as the latest used.
         return value
 
