@@ -8,6 +8,7 @@ from torch import Tensor
 
 from zoo.fitting import remembered
 from zoo.fitting.remembered import Remembered
+from zoo.side_by_side import side_by_side
 
 
 class Counting:
@@ -60,3 +61,22 @@ def test_the_oldest_are_forgotten(monkeypatch: pytest.MonkeyPatch) -> None:
     assert of.asked == [1, 2, 3, 4], "2 was used longest ago"
     assert numbers(of(2, 5, 6, 7)) == [2, 5, 6, 7], "more at once than are kept"
     assert of.asked == [1, 2, 3, 4, 2, 5, 6, 7], "2 had to be made again"
+
+
+def test_what_one_item_of_several_computed_another_computes_itself(monkeypatch) -> None:
+    """And finds what was known before them: whatever process does which, it adds the same numbers up."""
+    monkeypatch.setattr("zoo.side_by_side.ALLOWED", 1)
+    memory, made = Remembered(), list[list[str]]()
+
+    def column(key: str) -> None:
+        def make(new: list[int]) -> Tensor:
+            made.append([key] * len(new))
+            return torch.zeros(len(new), 3, 1)
+
+        memory.batch([key], make)
+
+    column("before")
+    side_by_side(lambda key: [column(key) for _ in range(2)], ["before", "a", "a"])
+    assert made == [["before"], ["a"], ["a"]]
+    column("a")
+    assert made[3:] == [["a"]]

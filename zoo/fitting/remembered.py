@@ -10,7 +10,7 @@ from torch import Tensor
 from zoo.side_by_side import of_item
 
 KEPT = 4_000_000
-"""Numbers kept at most, in all."""
+"""Numbers kept at most, in all that share one memory; an item of `zoo.side_by_side` has as many of its own."""
 
 
 class Remembered:
