@@ -35,9 +35,9 @@ def test_scores_of_a_fit_weighted_with_the_noise_that_is_there(diagnosis, hidden
     """Whitened scores Jᵀr of white r have covariance JᵀJ."""
     found = diagnosis(hidden)
     final = found.search.final
-    bench = found.bench.with_noise(final.slow_noise.noise)
+    bench = found.bench.with_noise(final.likely.noise)
     solved = bench.solve(final.names, [final.fit.theta])
-    assert solved.slow_noise.noise == bench.noise
+    assert solved.likely.noise == bench.noise
     jacobian = solved.fit.jacobian
     expected = SLOWLY_KNOWN * jacobian.mT @ jacobian
     size = jacobian.norm(dim=0).clamp_min(1e-300)
@@ -47,7 +47,7 @@ def test_scores_of_a_fit_weighted_with_the_noise_that_is_there(diagnosis, hidden
 def test_scores_of_a_fit_weighted_with_another_noise(diagnosis) -> None:
     """AᵀS⁻¹ΣS⁻¹A with A the columns, S the noise assumed and Σ the likeliest, all written out."""
     bench, solved = (made := diagnosis("")).bench, made.search.base
-    assumed, likely = (torch.block_diag(*[one.covariance(run) for run in solved.mixtures.runs]) for one in (bench.noise, solved.slow_noise.noise))
+    assumed, likely = (torch.block_diag(*[one.covariance(run) for run in solved.mixtures.runs]) for one in (bench.noise, solved.likely.noise))
     assert float((assumed - likely).abs().max()) > 0.01 * float(assumed.abs().max())
     amplitudes = solved.fit.columns.shape[1]
     columns = torch.cat([solved.fit.plain[:, amplitudes:], solved.fit.plain[:, :amplitudes]], dim=1)

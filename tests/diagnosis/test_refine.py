@@ -53,7 +53,7 @@ def test_an_effect_named_by_hand_is_searched_for_and_refitted_as_by_auto(runs, c
     """On the runs as the diagnosis left them, which here walk more than most, with a block that was knocked."""
     chance, shaken = torch.Generator().manual_seed(1), []
     for run in runs("polarization"):
-        walk = 0.035 * white * torch.randn(len(run.error), generator=chance, dtype=torch.float64).cumsum(0)
+        walk = 0.06 * white * torch.randn(len(run.error), generator=chance, dtype=torch.float64).cumsum(0)
         shaken.append(replace(run, error=run.error + walk + 12 * white * (run.block == 100)))
     by_hand, auto = (refine(shaken, check("polarization"), base, add, catalogue) for add in (["polarization"], "auto"))
     left = auto.diagnosis.bench

@@ -384,7 +384,7 @@ def test_a_function_of_an_effects_own_input_does_not_outdo_it_and_one_of_anythin
         base.freed.update(known)
 
 
-@pytest.mark.parametrize("useless", ["hysteresis", "moisture"])
+@pytest.mark.parametrize("useless", ["viscoelastic", "moisture"])
 def test_what_was_noise_is_noise_beside_an_effect_that_the_runs_speak_against(diagnosis, useless) -> None:
     """As where a user adds it by name: it explains nothing, and takes nothing away from what was complete."""
     found = diagnosis("")

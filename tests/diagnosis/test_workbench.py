@@ -116,7 +116,7 @@ def test_shapes_are_told_apart_in_the_noise_that_was_found_not_in_the_one_assume
     """Of a warm-up, beside noise that flickers and walks as much as any: fewer times, whatever the fit was weighted with."""
     monkeypatch.setattr("zoo.diagnosis.solved.price_of_size", lambda amplitudes, chi2: 0.0 * chi2)
     found = diagnosis("warm_up").search.final
-    loud = replace(found, worths={})
+    loud = replace(found, prices={})
     place = len(FLICKER_SHARES) - 1, len(WALK_SHARES) - 1
     loud.__dict__["likely"] = found.mixtures.at(place, found.fit.plain, found.design.error, found.fit.held)
     own = {"warm_up": found.places()["warm_up"]}

@@ -6,6 +6,7 @@ import torch
 from torch import Tensor
 
 from zoo.diagnosis.free_functions import functions_of
+from zoo.diagnosis.noise_likelihood import Likelihood, gain
 from zoo.diagnosis.quantities import CLOCK, RATE, TEMPERATURE, inputs_of, inputs_seen, momentary
 from zoo.diagnosis.solved import Solved
 from zoo.diagnosis.workbench import Workbench
@@ -40,9 +41,8 @@ def stands_apart(bench: Workbench, base: Solved, before: Solved, after: Solved, 
     freer = _freer(bench, base, before)
     if freer is None:
         return False
-    price = after.likely.logarithm - before.likely.logarithm - evidence
-    left = _logarithm(bench, after, freer) - _logarithm(bench, before, freer) - price
-    return left > max(needed, KEPT * evidence)
+    price = gain(before.likelihood, after.likelihood) - evidence
+    return gain(_beside(freer, before), _beside(freer, after)) - price > max(needed, KEPT * evidence)
 
 
 def has_own_input(bench: Workbench, name: str, others: list[str]) -> bool:
@@ -50,9 +50,9 @@ def has_own_input(bench: Workbench, name: str, others: list[str]) -> bool:
     return bool(inputs_seen(bench, bench.effects[name]).difference(*[inputs_of(bench.effects[other]) for other in others]))
 
 
-def _logarithm(bench: Workbench, solved: Solved, freer: Tensor) -> float:
-    columns = torch.cat([solved.fit.plain, freer], dim=1)
-    return bench.mixtures.most_likely(columns, solved.design.error, solved.likely.place, held=solved.fit.held).logarithm
+def _beside(freer: Tensor, solved: Solved) -> Likelihood:
+    """A model's with more columns (N, K)."""
+    return solved.likelihood.of(torch.cat([solved.fit.plain, freer], dim=1))
 
 
 def _freer(bench: Workbench, base: Solved, before: Solved) -> Tensor | None:

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import torch
 from torch import Tensor
 
-from zoo.diagnosis.noise_likelihood import held_cost, with_rows
+from zoo.diagnosis.noise_likelihood import gain, held_cost, with_rows
 from zoo.diagnosis.quantities import FLAT, RATE, TEMPERATURE, Quantity, quantities
 from zoo.diagnosis.solved import Freed, Solved
 from zoo.diagnosis.workbench import Workbench
@@ -130,15 +130,16 @@ def weigh(bench: Workbench, solved: Solved, free: Tensor, beside: Tensor | None 
         beside: (N, L) further columns that are there already.
     """
     known = solved.fit.plain if beside is None else torch.cat([solved.fit.plain, beside], dim=1)
-    held = solved.fit.held
-    before = solved.likely if beside is None else bench.mixtures.most_likely(known, solved.design.error, solved.likely.place, held=held)
+    before = solved.likelihood if beside is None else solved.likelihood.of(known)
     columns = torch.cat([known, free], dim=1)
-    after = bench.mixtures.at(before.place, columns, solved.design.error, held)
-    if after.logarithm - before.logarithm > 0.5 * (free.shape[1] + BY_CHANCE * math.sqrt(2.0 * free.shape[1])):
-        after = bench.mixtures.most_likely(columns, solved.design.error, before.place, held=held)
+    after, place = solved.likelihood.of(columns, before.likely.place), before.likely.place
+    gained = after.under(place).logarithm - before.likely.logarithm
+    if gained > 0.5 * (free.shape[1] + BY_CHANCE * math.sqrt(2.0 * free.shape[1])):
+        gained = gain(before, after)
+    held = solved.fit.held
     target = solved.design.error.unsqueeze(1)
     left, whole = (held_cost(torch.cat([part, target], dim=1) / bench.mixtures.white, held) for part in (columns, known))
-    return 1.0 - left / whole, after.logarithm - before.logarithm - 0.5 * free.shape[1] * math.log(bench.effective_samples)
+    return 1.0 - left / whole, gained - 0.5 * free.shape[1] * math.log(bench.effective_samples)
 
 
 def anywhere(bench: Workbench, solved: Solved) -> dict[str, Freed]:
@@ -188,11 +189,13 @@ def worth(bench: Workbench, solved: Solved, free: Tensor, there: Fit | None = No
     coil = there or solved.fit
     columns = torch.cat([coil.plain, free], dim=1)
     price, own, further = math.log(bench.effective_samples), coil.plain.shape[1], 0.5 * (coil.moved - solved.fit.moved)
-    likely = bench.mixtures.most_likely(columns, solved.design.error, solved.likely.place, held=coil.held)
+    freed = replace(solved.likelihood.of(columns), held=coil.held)
+    likely = freed.likely
     white = bench.mixtures.whitener(likely.place)[1](torch.cat([columns, solved.design.error.unsqueeze(1)], dim=1))
     white = torch.cat([white, with_rows(coil.held, white)]) * (bench.mixtures.white / likely.noise.white)
     costs = [float(project(white[:, :count], white[:, -1]).cost) for count in range(own + 1, white.shape[1])]
-    gains = [likely.logarithm - solved.likely.logarithm - further - 0.5 * (cost - costs[-1]) for cost in costs]
+    gained = gain(solved.likelihood, freed) - further
+    gains = [gained - 0.5 * (cost - costs[-1]) for cost in costs]
     whole = gains[-1] - 0.5 * len(gains) * price
-    lower = [Freed(gain - order * (0.5 * price + math.log(2.0)), gain, whole) for order, gain in enumerate(gains, 1)]
+    lower = [Freed(one - order * (0.5 * price + math.log(2.0)), one, whole) for order, one in enumerate(gains, 1)]
     return max(*lower, Freed(whole, gains[-1], whole))

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, replace
-from functools import cache
+from functools import cache, cached_property
 
 import torch
 from torch import Tensor
@@ -36,12 +36,14 @@ class Likely:
 
     Attributes:
         logarithm: log likelihood, prior of the noise included.
+        restricted: the same of what the model's columns do not reach, see `NoiseMixtures.most_likely`.
         noise: the mixture.
         cost: χ² of the residual under it, the level's factor taken out, with what moving along held tangents costs.
         place: on the grid of mixtures.
     """
 
     logarithm: float
+    restricted: float
     noise: NoiseModel
     cost: float
     place: Place
@@ -73,46 +75,101 @@ class NoiseMixtures:
         """Whether a mixture walks as few gyros do, so that something else may be taken for a walk."""
         return noise.walk >= 0.99 * MUCH_WALK * noise.white
 
-    def most_likely(self, columns: Tensor, target: Tensor, start: Place = START, restricted: bool = False, held: Tensor | None = None) -> Likely:
+    def most_likely(self, columns: Tensor, target: Tensor, start: Place = START, held: Tensor | None = None) -> Likely:
         """Climb to the likeliest mixture, the amplitudes fitted under each.
 
         A slow column takes some of the slow noise away, so that the likelihood of what is left finds less of it than there is. The restricted
         likelihood, of that part of the target which no column reaches, reckons with it (Patterson & Thompson 1971, Biometrika 58:545); where
-        hardly any slow noise is left to be seen, the prior of the mixtures decides in either.
+        hardly any slow noise is left to be seen, the prior of the mixtures decides.
 
         Args:
             columns: (N, K) block means of a model's columns, its tangents included [unit].
             target: (N,) block means of what they are fitted to [unit].
             start: where to climb from; by default the typical mixture.
-            restricted: whether the likelihood is.
             held: (P, L+1) rows of the first L columns and the target that hold tangents back, see `zoo.fitting.variable_projection.Fit.held`.
         """
         joined = torch.cat([columns, target.unsqueeze(1)], dim=1)
-        at = cache(lambda place: self._joined(place, joined, restricted, held))
+        at = cache(lambda place: self._joined(place, joined, held))
         place = start
         while True:
-            best = max(_neighbours(place), key=lambda near: at(near).logarithm)
+            best = max(_neighbours(place), key=lambda near: at(near).restricted)
             if best == place:
                 return at(place)
             step = best[0] - place[0], best[1] - place[1]
             place, ahead = best, (best[0] + step[0], best[1] + step[1])
-            while ahead in _neighbours(place) and at(ahead).logarithm > at(place).logarithm:
+            while ahead in _neighbours(place) and at(ahead).restricted > at(place).restricted:
                 place, ahead = ahead, (ahead[0] + step[0], ahead[1] + step[1])
 
     def at(self, place: Place, columns: Tensor, target: Tensor, held: Tensor | None = None) -> Likely:
         """One mixture, see `most_likely`."""
-        return self._joined(place, torch.cat([columns, target.unsqueeze(1)], dim=1), held=held)
+        return self._joined(place, torch.cat([columns, target.unsqueeze(1)], dim=1), held)
 
-    def _joined(self, place: Place, joined: Tensor, restricted: bool = False, held: Tensor | None = None) -> Likely:
+    def _joined(self, place: Place, joined: Tensor, held: Tensor | None = None) -> Likely:
         noise, whitener = self.whitener(place)
         white = whitener(joined)
         cost = held_cost(white, held)
         walk = WALK_SHARES[place[1]] or TYPICAL_WALK
         prior = _log_prior(FLICKER_SHARES[place[0]], TYPICAL_FLICKER) + _log_prior(walk, TYPICAL_WALK)
-        absorbed, reached = log_volume(white[:, :-1] * self.white, joined[:, :-1]) if restricted else (0.0, 0)
-        factor, logarithm = _best_level(cost, len(joined) - reached)
+        absorbed, reached = log_volume(_with_held(white, held)[:, :-1] * self.white, joined[:, :-1])
+        known = prior - 0.5 * whitener.log_determinant
+        factor, restricted = _best_level(cost, len(joined) - reached)
         scaled = replace(noise, white=noise.white * factor, flicker=noise.flicker * factor, walk=noise.walk * factor)
-        return Likely(logarithm - 0.5 * (whitener.log_determinant + absorbed) + prior, scaled, cost / factor**2, place)
+        return Likely(_best_level(cost, len(joined))[1] + known, restricted - 0.5 * absorbed + known, scaled, cost / factor**2, place)
+
+
+@dataclass(frozen=True, eq=False)
+class Likelihood:
+    """Of a model's columns and what they are fitted to, under any mixture.
+
+    Attributes:
+        mixtures: that the noise may be.
+        columns: (N, K) block means of the model's columns, its tangents included [unit].
+        target: (N,) block means of what they are fitted to [unit].
+        held: rows that hold tangents back, see `NoiseMixtures.most_likely`.
+        near: the mixture to start from in the search for the likeliest.
+    """
+
+    mixtures: NoiseMixtures
+    columns: Tensor
+    target: Tensor
+    held: Tensor | None = None
+    near: Place = START
+
+    def of(self, columns: Tensor, near: Place | None = None) -> Likelihood:
+        """The same of other columns (N, L), the likeliest mixture searched for from here or from another one."""
+        return replace(self, columns=columns, near=self.likely.place if near is None else near)
+
+    @cached_property
+    def likely(self) -> Likely:
+        """The likeliest mixture."""
+        found = self.mixtures.most_likely(self.columns, self.target, self.near, self.held)
+        self._found[found.place] = found
+        return found
+
+    @cached_property
+    def _found(self) -> dict[Place, Likely]:
+        return {}
+
+    def under(self, place: Place) -> Likely:
+        """One mixture."""
+        if place not in self._found:
+            self._found[place] = self.mixtures.at(place, self.columns, self.target, self.held)
+        return self._found[place]
+
+
+def gain(less: Likelihood, more: Likelihood) -> float:
+    """Log likelihood of one model over another's, each under its own likeliest noise or the other's, whichever suits it better.
+
+    The mixtures are few: beside a column more the likeliest may be the next one, and the step from one to the other is no evidence.
+    """
+    places = less.likely.place, more.likely.place
+    worse, better = (max(one.under(place).logarithm for place in places) for one in (less, more))
+    return better - worse
+
+
+def _with_held(white: Tensor, held: Tensor | None) -> Tensor:
+    """Whitened columns (N, K+1), above the rows that hold some of them back."""
+    return white if held is None else torch.cat([white, with_rows(held, white)])
 
 
 def held_cost(white: Tensor, held: Tensor | None = None) -> float:
@@ -124,7 +181,7 @@ def held_cost(white: Tensor, held: Tensor | None = None) -> float:
     """
     if held is None:
         return float(project(white[:, :-1], white[:, -1]).cost)
-    joined = torch.cat([white, with_rows(held, white)])
+    joined = _with_held(white, held)
     return float(project(joined[:, :-1], joined[:, -1]).cost - held[:, -1].square().sum())
 
 

@@ -18,7 +18,7 @@ LIKELY = 1.96
 
 
 def fitted_parameters(solved: Solved, unit: str) -> dict[str, Fitted]:
-    """See `zoo.fitting.parameters.parameters_of`; with the errors that `Solved.slow_noise` makes, where fits are weighted with another, and so wide
+    """See `zoo.fitting.parameters.parameters_of`; with the errors that `Solved.likely` makes, where fits are weighted with another, and so wide
     that they hold other shapes that explain as much."""
     covariance = solved.fit.covariance(scores(solved))
     least = others_as_good(solved, covariance.diagonal().clamp_min(0.0).sqrt())
@@ -55,7 +55,7 @@ def others_as_good(solved: Solved, errors: Tensor) -> Tensor:
 
 def scores(solved: Solved) -> Tensor:
     """(P+K, P+K) covariance that the likeliest noise, slow as it is, gives the scores Jᵀr of a fit that was weighted with the assumed one."""
-    likely, whitener, jacobian = solved.slow_noise.noise, solved.design.whitener, solved.fit.jacobian
+    likely, whitener, jacobian = solved.likely.noise, solved.design.whitener, solved.fit.jacobian
     total = torch.zeros(jacobian.shape[1], jacobian.shape[1], dtype=jacobian.dtype, device=jacobian.device)
     pieces = [piece for blocks in solved.mixtures.runs for piece in blocks.pieces]
     for piece, factor, part in zip(pieces, whitener.factors, jacobian.split(whitener.sizes), strict=True):

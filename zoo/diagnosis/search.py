@@ -32,7 +32,7 @@ ALIKE = 1.0
 """χ² between two fits of the same effects that are one."""
 QUIETER = 0.75
 """Ratio of white noise left to white noise assumed, below which the search is repeated."""
-RECONSIDER, SLOW = 2.0, 0.2
+RECONSIDER, SLOW = 2.0, 0.4
 """Ratio of flicker found to flicker assumed, and share of random walk per √h, above which the search is repeated."""
 
 

@@ -11,7 +11,7 @@ import torch
 from torch import Tensor
 
 from zoo.diagnosis.elsewhere import Elsewhere
-from zoo.diagnosis.noise_likelihood import START, Likely, NoiseMixtures, Place, with_rows
+from zoo.diagnosis.noise_likelihood import START, Likelihood, Likely, NoiseMixtures, Place, with_rows
 from zoo.diagnosis.occam import price_of_shape, price_of_size
 from zoo.diagnosis.trimming import trimmed
 from zoo.effects.base import physical_value
@@ -46,7 +46,7 @@ class Solved:
         fit: the solution, in whitened block means.
         mixtures: the noise that the gyro may have.
         near: the mixture to start from in the search for the likeliest.
-        worths: log evidences found so far, by the effects that were not trimmed.
+        prices: what its parameters cost in evidence, by the effects that were not trimmed, as far as it was asked for.
         freed: what free functions are worth beside it, those that were tried, by what they depend on.
     """
 
@@ -56,7 +56,7 @@ class Solved:
     fit: Fit
     mixtures: NoiseMixtures
     near: Place = START
-    worths: dict[frozenset[str], float] = field(default_factory=dict)
+    prices: dict[frozenset[str], float] = field(default_factory=dict)
     freed: dict[str, Freed] = field(default_factory=dict)
 
     @cached_property
@@ -65,14 +65,14 @@ class Solved:
         return orthonormal(torch.cat([self.fit.columns, self.fit.tangent], dim=1))
 
     @cached_property
-    def likely(self) -> Likely:
-        """The noise mixture under which the residual is most likely."""
-        return self.mixtures.most_likely(self.fit.plain, self.design.error, self.near, held=self.fit.held)
+    def likelihood(self) -> Likelihood:
+        """Of its columns and tangents, under any mixture."""
+        return Likelihood(self.mixtures, self.fit.plain, self.design.error, self.fit.held, self.near)
 
     @cached_property
-    def slow_noise(self) -> Likely:
-        """The same for what the noise does to the fitted values, which have taken some of it away, see `NoiseMixtures.most_likely`."""
-        return self.mixtures.most_likely(self.fit.plain, self.design.error, self.likely.place, restricted=True)
+    def likely(self) -> Likely:
+        """The noise mixture under which the residual is most likely, see `NoiseMixtures.most_likely`."""
+        return self.likelihood.likely
 
     @cached_property
     def residual(self) -> Tensor:

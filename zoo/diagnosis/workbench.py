@@ -9,7 +9,7 @@ from functools import cached_property
 import torch
 from torch import Tensor
 
-from zoo.diagnosis.noise_likelihood import START, NoiseMixtures, Place
+from zoo.diagnosis.noise_likelihood import START, NoiseMixtures, Place, gain
 from zoo.diagnosis.preparation import reference_varies, without_outliers
 from zoo.diagnosis.shape_search import Beside, unusual
 from zoo.diagnosis.solved import Solved
@@ -237,24 +237,23 @@ class Workbench:
         return effective_samples(assumed(self.mixtures.white, self.runs), self.mixtures.runs)
 
     def evidence(self, less: Solved, more: Solved) -> float:
-        """Log Bayes factor of one model over another, usually a smaller one, each under the noise that suits it best.
+        """Log Bayes factor of one model over another, usually a smaller one, each under the noise that suits it best, see `gain`.
 
         A slow residual may be an effect or flicker: the noise mixture is part of either hypothesis, so that an effect must beat the noise that would
-        do without it.
+        do without it. That a slow column takes some of the noise away is no merit, see `NoiseMixtures.most_likely`.
 
         An effect that only one of them has is judged by those of its amplitudes that the runs call for, and costs what its sizes and shapes do, see
         `zoo.diagnosis.occam`; any other parameter costs half the logarithm of the effective number of samples (Schwarz 1978).
         """
-        return self._worth(more, less.names) - self._worth(less, more.names)
+        return gain(less.likelihood, more.likelihood) - (self._cost(more, less.names) - self._cost(less, more.names))
 
-    def _worth(self, solved: Solved, common: tuple[str, ...]) -> float:
-        """Log likelihood less what the parameters cost, with effects that are not among the common ones trimmed."""
+    def _cost(self, solved: Solved, common: tuple[str, ...]) -> float:
+        """What a model's parameters cost, and that they have moved, with effects that are not among the common ones trimmed."""
         key = frozenset(common)
-        if key not in solved.worths:
-            price = math.log(self.effective_samples)
+        if key not in solved.prices:
             optional = {name: places for name, places in solved.places().items() if name not in common}
-            solved.worths[key] = solved.likely.logarithm - 0.5 * solved.fit.moved - solved.price(optional, price)
-        return solved.worths[key]
+            solved.prices[key] = 0.5 * solved.fit.moved + solved.price(optional, math.log(self.effective_samples))
+        return solved.prices[key]
 
     def noise_floor(self, solved: Solved) -> float:
         """RMS that the residual would have if it were the likeliest noise mixture: its variance less what the model's freedom absorbs [unit]."""
