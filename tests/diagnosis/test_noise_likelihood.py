@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import itertools
 import math
 import statistics
 
@@ -43,19 +42,13 @@ def drawn(covariance: torch.Tensor) -> list[torch.Tensor]:
     return [root @ torch.randn(len(root), generator=chance, dtype=torch.float64) for _ in range(DRAWS)]
 
 
-def likeliest(mixtures: NoiseMixtures, columns: torch.Tensor, target: torch.Tensor) -> NoiseModel:
-    """The mixture of the greatest likelihood, not restricted."""
-    every = itertools.product(range(len(FLICKER_SHARES)), range(len(WALK_SHARES)))
-    return max((mixtures.at(place, columns, target) for place in every), key=lambda one: one.logarithm).noise
-
-
 @pytest.mark.slow
 def test_slow_columns_hide_the_walk_from_the_likelihood_and_less_from_the_restricted_one() -> None:
     """Eight powers of time take most of a random walk away; the likelihood of what is left sees next to none, the restricted one more than half."""
     mixtures = NoiseMixtures([hours(BLOCKS)], WHITE)
     powers = torch.linspace(-1, 1, BLOCKS, dtype=torch.float64).unsqueeze(1) ** torch.arange(9)
     every = drawn(NoiseModel(WHITE, 0.18 * WHITE, WALK * WHITE).covariance(mixtures.runs[0]))
-    plain = statistics.mean(likeliest(mixtures, powers, one).walk for one in every) / WHITE
+    plain = statistics.mean(mixtures.most_likely(powers, one, plain=True).noise.walk for one in every) / WHITE
     restricted = statistics.mean(mixtures.most_likely(powers, one).noise.walk for one in every) / WHITE
     assert plain < 0.1 * WALK
     assert 0.5 * WALK < restricted < 1.2 * WALK

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import cache, cached_property
 
 import torch
@@ -75,7 +75,7 @@ class NoiseMixtures:
         """Whether a mixture walks as few gyros do, so that something else may be taken for a walk."""
         return noise.walk >= 0.99 * MUCH_WALK * noise.white
 
-    def most_likely(self, columns: Tensor, target: Tensor, start: Place = START, held: Tensor | None = None) -> Likely:
+    def most_likely(self, columns: Tensor, target: Tensor, start: Place = START, held: Tensor | None = None, plain: bool = False) -> Likely:
         """Climb to the likeliest mixture, the amplitudes fitted under each.
 
         A slow column takes some of the slow noise away, so that the likelihood of what is left finds less of it than there is. The restricted
@@ -87,17 +87,19 @@ class NoiseMixtures:
             target: (N,) block means of what they are fitted to [unit].
             start: where to climb from; by default the typical mixture.
             held: (P, L+1) rows of the first L columns and the target that hold tangents back, see `zoo.fitting.variable_projection.Fit.held`.
+            plain: whether it is the likelihood of the residual that is made greatest, as against what does without this noise.
         """
         joined = torch.cat([columns, target.unsqueeze(1)], dim=1)
         at = cache(lambda place: self._joined(place, joined, held))
+        height = cache(lambda place: at(place).logarithm if plain else at(place).restricted)
         place = start
         while True:
-            best = max(_neighbours(place), key=lambda near: at(near).restricted)
+            best = max(_neighbours(place), key=height)
             if best == place:
                 return at(place)
             step = best[0] - place[0], best[1] - place[1]
             place, ahead = best, (best[0] + step[0], best[1] + step[1])
-            while ahead in _neighbours(place) and at(ahead).restricted > at(place).restricted:
+            while ahead in _neighbours(place) and height(ahead) > height(place):
                 place, ahead = ahead, (ahead[0] + step[0], ahead[1] + step[1])
 
     def at(self, place: Place, columns: Tensor, target: Tensor, held: Tensor | None = None) -> Likely:
@@ -134,6 +136,7 @@ class Likelihood:
     target: Tensor
     held: Tensor | None = None
     near: Place = START
+    _found: dict[Place, Likely] = field(init=False, repr=False, default_factory=dict)
 
     def of(self, columns: Tensor, near: Place | None = None) -> Likelihood:
         """The same of other columns (N, L), the likeliest mixture searched for from here or from another one."""
@@ -145,10 +148,6 @@ class Likelihood:
         found = self.mixtures.most_likely(self.columns, self.target, self.near, self.held)
         self._found[found.place] = found
         return found
-
-    @cached_property
-    def _found(self) -> dict[Place, Likely]:
-        return {}
 
     def under(self, place: Place) -> Likely:
         """One mixture."""

@@ -90,7 +90,7 @@ def switching(bench: Workbench, solved: Solved) -> Switching:
         variance = float((residual.square() - 2.0 * half * residual * state + half**2).mean())
         level = white * min(max(math.sqrt(variance) / white, LEVELS[0]), LEVELS[-1])
     chain = _chain(residual, half, level, rate, sizes)
-    noise = bench.mixtures.most_likely(solved.fit.plain, error, solved.likely.place)  # its tangents as free as they are here
+    noise = bench.mixtures.most_likely(solved.fit.plain, error, solved.likely.place, plain=True)  # its tangents as free as they are here
     prior = -0.5 * (math.log(level / white) / LEVEL_SPREAD) ** 2
     left = residual - half * (2.0 * chain.upper - 1.0)
     return Switching(
