@@ -49,6 +49,19 @@ def telegraph(runs, white):
     return plant
 
 
+def test_it_is_weighed_against_the_noise_of_the_greatest_likelihood(runs, catalogue, base, monkeypatch) -> None:
+    """Which beside columns that take some of a walk away is not the likeliest, restricted one: two levels would seem better than they are."""
+    bench = open_bench(runs(""), base, catalogue)
+    solved, mixtures, against = bench.solve(tuple(base)), bench.mixtures, []
+    climb = mixtures.most_likely
+    monkeypatch.setattr(mixtures, "most_likely", lambda *given, **how: against.append(climb(*given, **how)) or against[-1])
+    switching(bench, solved)
+    places = itertools.product(range(len(FLICKER_SHARES)), range(len(WALK_SHARES)))
+    greatest = max((mixtures.at(place, solved.fit.plain, solved.design.error) for place in places), key=lambda one: one.logarithm)
+    assert against[-1].place == greatest.place
+    assert greatest.logarithm > climb(solved.fit.plain, solved.design.error).logarithm, "the restricted one is another"
+
+
 @pytest.mark.parametrize("seed", [1, 2, 3, 4])
 def test_a_bias_that_switches_is_no_noise_though_flicker_spreads_as_much(telegraph, catalogue, base, white, seed) -> None:
     bench = open_bench(telegraph(seed), base, catalogue)

@@ -132,8 +132,8 @@ def weigh(bench: Workbench, solved: Solved, free: Tensor, beside: Tensor | None 
     known = solved.fit.plain if beside is None else torch.cat([solved.fit.plain, beside], dim=1)
     before = solved.likelihood if beside is None else solved.likelihood.of(known)
     columns = torch.cat([known, free], dim=1)
-    after, place = solved.likelihood.of(columns, before.likely.place), before.likely.place
-    gained = after.under(place).logarithm - before.likely.logarithm
+    after = before.of(columns)
+    gained = after.under(before.likely.place).logarithm - before.likely.logarithm
     if gained > 0.5 * (free.shape[1] + BY_CHANCE * math.sqrt(2.0 * free.shape[1])):
         gained = gain(before, after)
     held = solved.fit.held

@@ -138,9 +138,9 @@ class Likelihood:
     near: Place = START
     _found: dict[Place, Likely] = field(init=False, repr=False, default_factory=dict)
 
-    def of(self, columns: Tensor, near: Place | None = None) -> Likelihood:
-        """The same of other columns (N, L), the likeliest mixture searched for from here or from another one."""
-        return replace(self, columns=columns, near=self.likely.place if near is None else near)
+    def of(self, columns: Tensor) -> Likelihood:
+        """The same of other columns (N, L), the likeliest mixture searched for from here."""
+        return replace(self, columns=columns, near=self.likely.place)
 
     @cached_property
     def likely(self) -> Likely:
