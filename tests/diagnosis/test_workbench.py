@@ -100,6 +100,22 @@ def test_where_the_coil_goes_is_charged_for(diagnosis) -> None:
     assert far.fit.moved > less.fit.moved + 5.0, "a lag of two hours is no coil's"
 
 
+def test_a_parameter_on_which_nothing_depends_where_the_coil_is_costs_what_it_costs_elsewhere(runs, catalogue, base) -> None:
+    """Once a coil is later than its lags make it, how late it is moves nothing: no model is simpler for having its coil there."""
+    bench = open_bench(runs(thermometers=1), base, catalogue)
+    model = bench.solve(("static_bias", "shupe"))
+    theta = model.fit.theta.clone()
+    lead = [one.name for _, one in model.model.parameters_of_theta()].index("lead")
+    theta[lead] = 0.0
+    there = bench.moved(model, theta)
+    assert bool(model.fit.moves[lead].any())
+    assert there.freedom == model.freedom - 1
+    assert there.price({}, 3.0) == model.price({}, 3.0)
+    own = {"shupe": model.places()["shupe"]}
+    dear, cheap = ([one.price(own, each) for one in (there, model)] for each in (3.0, 1.0))
+    assert dear[0] - cheap[0] == pytest.approx(dear[1] - cheap[1], abs=1e-9)
+
+
 def test_to_know_a_quarter_of_the_shapes_before_is_worth_a_factor_of_four(diagnosis) -> None:
     """A warm-up whose time may be anywhere in a quarter of the range, along the logarithm, around what the runs tell of it."""
     found = diagnosis("warm_up")

@@ -11,9 +11,9 @@ from zoo.diagnosis.structure import leaves_noise
 from zoo.diagnosis.trials import OVERWHELMING, Step, Trial
 from zoo.diagnosis.workbench import FAR, QUIET, Workbench
 
-ACCEPT, FIRST = 7.0, 1.5
-"""Log Bayes factor that an effect must reach over the model without it, on top of the logarithm of the number of candidates: 1100 : 1; 4.5 : 1 for
-the first that is added, for beside nothing it cannot make up for the simplified form of another. Of 124 simulated gyros with nothing hidden four have
+ACCEPT, FIRST = 7.0, 2.3
+"""Log Bayes factor that an effect must reach over the model without it, on top of the logarithm of the number of candidates: 1100 : 1; 10 : 1 for
+the first that is added, for beside nothing it cannot make up for the simplified form of another. Of 551 simulated gyros with nothing hidden nine have
 more than the latter; what makes up for another's form reaches 14, what is really there beside another has 20 and more in twenty gyros of twenty."""
 MOPPING_UP = 0.03
 """Share of the variance explained so far below which an addition is taken for a correction to it (17 % in amplitude)."""

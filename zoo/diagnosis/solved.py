@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Collection
 from dataclasses import dataclass, field
 from functools import cached_property
 from typing import NamedTuple
@@ -91,14 +92,15 @@ class Solved:
         """What the parameters cost in evidence, when the columns of some effects are trimmed under the likeliest noise, with the χ² lost by that.
 
         Those effects cost what `zoo.diagnosis.occam` says of their sizes and shapes, and of a whole number the logarithm of its choices. Any other
-        parameter costs half of `each`, and so does a whole number that nearly every gyro has alike.
+        parameter costs half of `each`, whether anything depends on it where the fit put it or not, for it is there in the other model as well; and so
+        does a whole number that nearly every gyro has alike.
 
         Args:
             effects: places of their amplitudes.
             each: χ² that a parameter must be worth.
         """
         if not effects:
-            return 0.5 * self.freedom * each
+            return 0.5 * self._others(effects) * each + self._price_of_whole(effects, each)
         plain, edge, level = self.fit.plain, self.fit.plain_edge, self.mixtures.white / self.likely.noise.white
         whitened = self.mixtures.whitener(self.likely.place)[1](torch.cat([plain, self.design.error.unsqueeze(1), edge], dim=1))
         white, edge = (level * whitened).split([plain.shape[1] + 1, edge.shape[1]], dim=1)
@@ -108,10 +110,14 @@ class Solved:
         shapes, blocks = self._shapes(effects, found.left)
         fixed = [place for place in found.left if place not in shapes]
         sizes = [[place for place in places if place in found.left] for places in effects.values()]
-        usual = len(fixed) - sum(len(own) for own in sizes)
         occam = sum(float(price_of_size(len(own), _explained(white, own, fixed))) for own in sizes)
         occam += price_of_shape(every[:, shapes], every[:, fixed], blocks.to(every)) + self._price_of_whole(effects, each)
-        return 0.5 * found.gain + found.choices + 0.5 * usual * each + occam
+        return 0.5 * found.gain + found.choices + 0.5 * self._others(effects) * each + occam
+
+    def _others(self, effects: Collection[str]) -> int:
+        """How many parameters there are that are neither theirs nor whole numbers."""
+        amplitudes = sum(len(places) for name, places in self.places().items() if name not in effects)
+        return amplitudes + sum(owner not in effects and one.scale != "index" for owner, one in self.model.parameters_of_theta())
 
     def _shapes(self, effects: dict[str, list[int]], left: list[int]) -> tuple[list[int], Tensor]:
         """Places of the tangents of some effects, of those that are left, and blocks that each passes that is a moment."""
