@@ -280,12 +280,23 @@ def test_without_pythonpath_there_is_no_module(refused) -> None:
 # Wherever it is met
 
 
+@pytest.fixture(scope="module")
+def recorded() -> dict[str, bytes]:
+    """The files of a simulation, once it was done."""
+    return {}
+
+
 @pytest.fixture
-def recording(folder, verb) -> str:
+def recording(folder, verb, recorded) -> str:
     """The setting that names a recorded run, which has the effect in it."""
-    assert verb("simulate", *QUICK, "hidden=mine", "amplitude=0.3") == (0, "")
-    (folder / "out").rename(folder / "runs")
-    del sys.modules["my_effects"]
+    if not recorded:
+        assert verb("simulate", *QUICK, "hidden=mine", "amplitude=0.3") == (0, "")
+        recorded |= {path.name: path.read_bytes() for path in (folder / "out").glob("*.csv")}
+        (folder / "out").rename(folder / "simulated")
+        del sys.modules["my_effects"]
+    (folder / "runs").mkdir()
+    for name, data in recorded.items():
+        (folder / "runs" / name).write_bytes(data)
     return "data.files=[runs/run_1.csv]"
 
 
