@@ -10,10 +10,12 @@ import pytest
 import torch
 
 from zoo.diagnosis.diagnose import diagnose
+from zoo.diagnosis.alike import MODEL_ERROR
+from zoo.diagnosis.experiment.evidence import Told
 from zoo.diagnosis.experiment.family import Candidate
 from zoo.diagnosis.experiment.prediction import Predicted
 from zoo.diagnosis.experiment.proposal import _not_told
-from zoo.diagnosis.experiment.propose import ENOUGH, Weighed, _useful, choose, propose
+from zoo.diagnosis.experiment.propose import ALIKE, DISTINCT, ENOUGH, Weighed, _useful, _worth, choose, propose
 from zoo.diagnosis.experiment.rivals import rivals_of
 from zoo.diagnosis.parameters import fitted_parameters
 from zoo.diagnosis.search import Search, search
@@ -33,6 +35,15 @@ def weighed(name: str, hours: float, **worth: float) -> Weighed:
     program = ((20.0, 20.0, 3600.0 * hours),)
     nothing = Predicted(EMPTY, Whitener(NoiseModel(1.0, 0.0), []), Program(program))
     return Weighed(Candidate(name, "", program), nothing, [], {(int(key[1]), int(key[2])): value for key, value in worth.items()})
+
+
+def test_nothing_is_promised_where_a_diagnosis_may_call_both_alike_afterwards() -> None:
+    """Whatever the evidence: a formula is not exact enough for so small a share of a signal."""
+    assert MODEL_ERROR < ALIKE < DISTINCT
+    assert _worth(Told(1e6, ALIKE)) == 0.0
+    assert _worth(Told(40.0, DISTINCT)) == _worth(Told(40.0, 0.9)) == 40.0
+    worth = [_worth(Told(40.0, share)) for share in torch.linspace(0.0, 0.05, 51).tolist()]
+    assert worth == sorted(worth)
 
 
 def test_the_turned_axis_is_proposed_where_the_fixture_may_turn(bench: Workbench, rivals: list[Solved]) -> None:

@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from itertools import combinations
 
+from zoo.diagnosis.alike import MODEL_ERROR
 from zoo.diagnosis.experiment.circumstances import Circumstances, circumstances_of
 from zoo.diagnosis.experiment.evidence import Answer, Old, Told, answer, difference, elsewhere, told_apart
 from zoo.diagnosis.experiment.family import Candidate, family
@@ -25,8 +26,9 @@ BEYOND_DOUBT = 500.0
 LEAST = 2.0
 """Below this nothing is learnt."""
 SAME = 1.2
-DISTINCT = 0.02
-"""Share of an effect's energy that another must fail to reproduce: four times what no formula is exact enough for."""
+ALIKE, DISTINCT = 2.0 * MODEL_ERROR, 4.0 * MODEL_ERROR
+"""Shares of an effect's energy that another fails to reproduce: up to the one no evidence is promised, for what is left after the run was taken and
+the other fitted anew may be half of it, which no formula is exact enough for; from the other on all of it."""
 MOST_RIVALS = 6
 ALTERNATIVES = 2
 LOOKS, REFITS, PAIRS = 8, 3, 2
@@ -134,7 +136,7 @@ def weigh(bench: Workbench, known: Circumstances, old: Old, candidate: Candidate
 
 def _worth(told: Told) -> float:
     """Evidence, of which the formulas' own inaccuracy leaves only so much."""
-    return told.evidence * min(1.0, told.share / DISTINCT)
+    return told.evidence * min(1.0, max(0.0, told.share - ALIKE) / (DISTINCT - ALIKE))
 
 
 def choose(weighed: Sequence[Weighed], rivals: int) -> Weighed | None:
