@@ -9,8 +9,8 @@ from dataclasses import replace
 import pytest
 import torch
 
-from zoo.diagnosis.diagnose import diagnose
 from zoo.diagnosis.alike import MODEL_ERROR
+from zoo.diagnosis.diagnose import diagnose
 from zoo.diagnosis.experiment.evidence import Told
 from zoo.diagnosis.experiment.family import Candidate
 from zoo.diagnosis.experiment.prediction import Predicted
