@@ -1,14 +1,28 @@
-"""Numbers and switches that a user gave, refused where they enter if they are none."""
+"""Numbers, switches and settings that a user gave: refused where they enter if they are none, written as they can be given again."""
 
 from __future__ import annotations
 
 import math
+import re
+from collections.abc import Iterable
 from typing import TypeGuard
 
 from zoo.errors import InputError
 
 LARGEST_SEED = 2**63 - 1
 """Number that torch takes as a seed."""
+_SPECIAL = re.compile(r"[^A-Za-z0-9_ /\\+.$%*@?|:-]")
+"""What Hydra reads only between quotes."""
+
+
+def in_quotes(value: str) -> str:
+    """A value as Hydra reads it, in quotes where it needs them and has none."""
+    return f'"{value}"' if _SPECIAL.search(value) and not value.startswith(('"', "'")) else value
+
+
+def listed(key: str, values: Iterable[str]) -> str:
+    """A setting that is a list, each value in quotes where it needs them."""
+    return f"{key}=[{','.join(map(in_quotes, values))}]"
 
 
 def is_number(value: object) -> TypeGuard[float]:

@@ -16,6 +16,7 @@ from tensorboard.plugins.hparams.plugin_data_pb2 import HParamsPluginData
 from zoo.catalog import load_model
 from zoo.cli import application
 from zoo.cli.entrants import find_entrants, named
+from zoo.cli.next_commands import FITTED
 from zoo.cli.saved_models import load_saved
 
 STEP_S = 20
@@ -154,12 +155,13 @@ def test_what_refine_prints_as_next_can_be_pasted(recordings, tmp_path, capsys) 
     """It compares the refined model on the check runs, averaged as they were; without any on the fitted runs, and says so."""
     files, check = f"data.files=[{recordings / 'a.csv'},{recordings / 'b.csv'}]", f"data.check_files=[{recordings / 'check.csv'}]"
     for more, names in (([check, "data.average_s=200"], {"check"}), ([], {"a", "b"})):
-        out = tmp_path / f"refined_{len(more)}"
-        assert run("refine", ["add=warm_up", "candidates=[warm_up]", files, *more, f"hydra.run.dir={out}"]) == 0
+        out = tmp_path / f"refined ({len(more)})"
+        assert run("refine", ["add=warm_up", "candidates=[warm_up]", files, *more, f'hydra.run.dir="{out}"']) == 0
         told = capsys.readouterr().out
-        assert ("judges the runs that were fitted" in told) == (not more)
+        assert (f"  {FITTED}" in told.splitlines()) == (not more)
+        assert FITTED.startswith("#"), "for the shell a comment"
         command = pasted(told)
-        assert run("compare", [*command, f"hydra.run.dir={out}/compared"]) == 0
+        assert run("compare", [*command, f'hydra.run.dir="{out}/compared"']) == 0
         assert ("All of these runs were fitted" in capsys.readouterr().out) == (not more)
         document = json.loads((out / "compared" / "comparison.json").read_text())
         assert {one["run"] for one in document["runs"]} == names
@@ -173,7 +175,7 @@ def test_what_was_held_out_is_all_that_the_next_command_judges(recordings, tmp_p
     files += [f"data.check_files=[{recordings / 'check.csv'}]"] if check else []
     assert run("refine", ["add=warm_up", "candidates=[warm_up]", *files, f"hydra.run.dir={out}"]) == 0
     told = capsys.readouterr().out
-    assert "judges the runs that were fitted" not in told
+    assert FITTED not in told
     command = pasted(told)
     assert run("compare", [*command, f"hydra.run.dir={out}/compared"]) == 0
     document = json.loads((out / "compared" / "comparison.json").read_text())

@@ -4,15 +4,18 @@ from __future__ import annotations
 
 import json
 import os
+import shlex
 import subprocess
 import sys
 from pathlib import Path
 from unittest import mock
 
 import pytest
+from hydra.core.override_parser.overrides_parser import OverridesParser
 
 from zoo.cli import application
 from zoo.cli.next_commands import stub_commands
+from zoo.report.unknown_stub import Stub
 
 PROGRAM = "profile.legs=[[20,20,1800],[20,50,3600],[50,50,1800],[50,0,3000],[0,0,1800],[0,20,3600],[20,20,1800]]"
 GYRO = ["hidden=aging", "amplitude=0.3", "runs=1", "profile=legs", PROGRAM, "sample_s=20", "thermometers=1", "seed=2", "pictures=false"]
@@ -55,6 +58,16 @@ def test_the_class_is_written_and_its_commands_refit_with_it(tmp_path, capsys, m
     first, last = json.loads((tmp_path / "again" / "refinement.json").read_text())["ladder"]
     assert last["added"] == "unexplained"
     assert last["rms"] < 0.5 * first["rms"]
+
+
+def test_folders_of_any_name_can_be_pasted() -> None:
+    """Hydra wants quotes around parentheses, those that were typed stay."""
+    typed = ["fogzoo", "refine", 'hydra.searchpath=["file:///lab (1)/conf",file:///own/conf]']
+    path, command = Stub("", "").commands("/my runs (2)", typed)
+    assert shlex.split(path)[1] == "PYTHONPATH=/my runs (2):$PYTHONPATH"
+    (setting,) = (one for one in shlex.split(command) if one.startswith("hydra.searchpath="))
+    parsed = OverridesParser.create().parse_override(setting).value()
+    assert [str(one).strip('"') for one in parsed] == ["file:///lab (1)/conf", "file:///own/conf", "file:///my runs (2)/conf"]
 
 
 def test_an_example_that_fits_nothing_is_not_to_be_refitted_with(tmp_path) -> None:

@@ -94,6 +94,7 @@ def _about(saved: SavedModel, runs: Sequence[Run]) -> dict[str, Any]:
     module, facts = saved.module, saved.facts
     features = next((part for part in module.modules() if isinstance(part, Features)), None)
     physics = module.physics if isinstance(module, Hybrid) else module
+    last = (facts.get("ladder") or [{}])[-1]
     return {
         "schema_version": 1,
         "model": saved.kind,
@@ -106,7 +107,7 @@ def _about(saved: SavedModel, runs: Sequence[Run]) -> dict[str, Any]:
             "runs": fitted_runs(facts),
             "sample_interval_s": _intervals(runs),
             "recorded_as": _recorded_as(runs),
-            **{key: facts.get(key) for key in TOLD},
+            **{key: facts.get(key, last.get(key)) for key in TOLD},
             # Of many seeds, the one that is kept.
             "seed": (facts.get("members") or facts).get("best_seed", facts.get("seed")),
             "versions": facts.get("versions"),

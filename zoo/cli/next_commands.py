@@ -11,14 +11,15 @@ from hydra.core.override_parser.overrides_parser import OverridesParser
 from omegaconf import DictConfig
 
 from zoo.cli.command_line import searchpath, typed
+from zoo.given import listed
 from zoo.report.unknown_stub import stub_of
 
 RUNS = ("data", "data.files", "data.check_files")
 """Settings that say which runs are read."""
 HELD = ("data.holdout", "data.points.checked")
 """Settings that keep pieces of the fitted runs from the fit: `compare` then judges what was kept from it."""
-FITTED = "(it judges the runs that were fitted; data.files=[…] of runs that no model has seen says more)"
-"""Said of a command to compare where nothing else is known than what was fitted."""
+FITTED = "# judges the fitted runs: data.files=[…] of runs no model has seen says more"
+"""Said of a command to compare where nothing else is known than what was fitted; a comment, so that it may be pasted with the command."""
 
 
 def typed_settings() -> list[str]:
@@ -28,8 +29,8 @@ def typed_settings() -> list[str]:
 
 def own_configs() -> list[str]:
     """The setting that names the user's own config folders; none where there are none."""
-    folders = ",".join(f"file://{folder}" for folder in searchpath())
-    return [f"hydra.searchpath=[{folders}]"] if folders else []
+    folders = [f"file://{folder}" for folder in searchpath()]
+    return [listed("hydra.searchpath", folders)] if folders else []
 
 
 def with_own_configs(command: str | None) -> str | None:
@@ -70,7 +71,8 @@ def compare_command(folder: Path, settings: Sequence[str]) -> str:
     apart = any(typed.get(key, "0") not in {"0", "0.0"} for key in HELD)
     files = typed.get("data.files") if apart else typed.get("data.check_files") or typed.get("data.files")
     kept = {key: value for key, value in typed.items() if key not in ({"data.files"} if apart else {*RUNS[1:], *HELD})}
-    return shlex.join(["fogzoo", "compare", f"runs=[{folder}]", *([f"data.files={files}"] if files else []), *(f"{key}={kept[key]}" for key in kept)])
+    judged = [f"data.files={files}"] if files else []
+    return shlex.join(["fogzoo", "compare", listed("runs", [str(folder)]), *judged, *(f"{key}={kept[key]}" for key in kept)])
 
 
 def settled_data(config: DictConfig) -> list[str] | None:

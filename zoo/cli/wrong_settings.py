@@ -21,10 +21,8 @@ from zoo.catalog import LISTS, find, names
 from zoo.cli.command_line import searchpath
 from zoo.cli.papers import GROUP
 from zoo.errors import InputError, causes, nearest
+from zoo.given import in_quotes, listed
 from zoo.measurements.files import SUFFIXES
-
-_SPECIAL = re.compile(r"[^A-Za-z0-9_ /\\+.$%*@?|:-]")
-"""What a value may hold in quotes only."""
 
 
 def check_flags(arguments: list[str], verb: str) -> None:
@@ -187,7 +185,7 @@ def instead(error: BaseException) -> str | None:
         return None
     if "=" not in error.override:
         files = [one for one in sys.argv[1:] if one.lower().endswith(SUFFIXES) and "=" not in one]
-        meant = f"; files go into {shlex.quote(_listed('data.files', files))}" if error.override in files else " (--cfg job prints all keys)"
+        meant = f"; files go into {shlex.quote(listed('data.files', files))}" if error.override in files else " (--cfg job prints all keys)"
         return f"'{error.override}' is no setting; settings are key=value{meant}"
     quoted = _quoted(error.override)
     if quoted is None:
@@ -198,8 +196,8 @@ def instead(error: BaseException) -> str | None:
 def _quoted(override: str) -> str | None:
     """The same setting with quotes around what needs them; None where that does not help either."""
     key, _, value = override.partition("=")
-    listed = value.startswith("[") and value.endswith("]")
-    quoted = _listed(key, value[1:-1].split(",")) if listed else f"{key}={_in_quotes(value)}"
+    several = value.startswith("[") and value.endswith("]")
+    quoted = listed(key, value[1:-1].split(",")) if several else f"{key}={in_quotes(value)}"
     try:
         OverridesParser.create().parse_override(quoted)
     except HydraException:
@@ -210,11 +208,3 @@ def _quoted(override: str) -> str | None:
 def _half_typed(value: str) -> bool:
     """Whether a bracket was opened and the rest is still to come."""
     return value.startswith(("[", "{")) and value.count(value[0]) != value.count("]" if value[0] == "[" else "}")
-
-
-def _listed(key: str, values: Iterable[str]) -> str:
-    return f"{key}=[{','.join(_in_quotes(value) for value in values)}]"
-
-
-def _in_quotes(value: str) -> str:
-    return f'"{value}"' if _SPECIAL.search(value) and not value.startswith(('"', "'")) else value

@@ -129,7 +129,7 @@ def _tiles(document: Record, scale: Scale) -> list[tuple[str, str, str]]:
     return [
         ("Uncompensated", scale.text(bare), f"{times(bare / floor)} noise floor"),
         (f"Best: {best['name']}{seeds}", scale.text(best["rms"]["median"]), f"{times(best['excess'])} noise floor"),
-        ("Noise floor", scale.text(floor), "what a complete model would leave, from the runs themselves"),
+        ("Noise floor", scale.text(floor), "white noise, read off these runs: a complete model leaves it, and the gyro's flicker and random walk"),
     ]
 
 

@@ -178,7 +178,7 @@ def distance(method: Record, scale: Scale) -> str:
     what = f"{method['name']} leaves {scale.full(method['rms']['median'])} and removes {removed} of the error"
     if excess <= WORTH_TELLING:
         return f"{what}: what is left is noise ({times(excess)} the floor)."
-    return f"{what}: {times(excess)} the noise floor, so that there is more to explain."
+    return f"{what}: {times(excess)} the white noise. The rest is flicker and random walk, or something to explain: fogzoo diagnose tells which."
 
 
 def goes_with(method: Record) -> str:
