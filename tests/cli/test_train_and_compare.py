@@ -16,6 +16,7 @@ from tensorboard.plugins.hparams.plugin_data_pb2 import HParamsPluginData
 from zoo.catalog import load_model
 from zoo.cli import application
 from zoo.cli.entrants import find_entrants, named
+from zoo.cli.export import _about
 from zoo.cli.next_commands import FITTED
 from zoo.cli.saved_models import load_saved
 
@@ -165,7 +166,10 @@ def test_what_refine_prints_as_next_can_be_pasted(recordings, tmp_path, capsys) 
         assert ("All of these runs were fitted" in capsys.readouterr().out) == (not more)
         document = json.loads((out / "compared" / "comparison.json").read_text())
         assert {one["run"] for one in document["runs"]} == names
-        assert document["average_s"] == (200 if more else json.loads((out / "refinement.json").read_text())["average_s"])
+        refinement = json.loads((out / "refinement.json").read_text())
+        assert document["average_s"] == (200 if more else refinement["average_s"])
+        kept = _about(load_saved(out), [])["trained_on"]
+        assert {key: kept[key] for key in ("rms", "rms_check")} == {key: refinement["ladder"][-1][key] for key in ("rms", "rms_check")}
 
 
 @pytest.mark.parametrize("check", [False, True])
