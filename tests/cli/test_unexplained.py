@@ -62,12 +62,12 @@ def test_the_class_is_written_and_its_commands_refit_with_it(tmp_path, capsys, m
 
 def test_folders_of_any_name_can_be_pasted() -> None:
     """Hydra wants quotes around parentheses, those that were typed stay."""
-    typed = ["fogzoo", "refine", 'hydra.searchpath=["file:///lab (1)/conf",file:///own/conf]']
+    typed = ["fogzoo", "refine", 'hydra.searchpath=["file:///lab (1), own/conf",file:///own/conf]']
     path, command = Stub("", "").commands("/my runs (2)", typed)
     assert shlex.split(path)[1] == "PYTHONPATH=/my runs (2):$PYTHONPATH"
     (setting,) = (one for one in shlex.split(command) if one.startswith("hydra.searchpath="))
     parsed = OverridesParser.create().parse_override(setting).value()
-    assert [str(one).strip('"') for one in parsed] == ["file:///lab (1)/conf", "file:///own/conf", "file:///my runs (2)/conf"]
+    assert [str(one).strip('"') for one in parsed] == ["file:///lab (1), own/conf", "file:///own/conf", "file:///my runs (2)/conf"]
 
 
 def test_an_example_that_fits_nothing_is_not_to_be_refitted_with(tmp_path) -> None:

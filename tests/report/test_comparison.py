@@ -13,7 +13,7 @@ from rich.console import Console
 from zoo.report.comparison_figure import COLORS, OTHERS, colors_of
 from zoo.report.comparison_page import scale_of, seeds_drawn, stage_rows, stages_drawn, write_comparison
 from zoo.report.comparison_table import print_comparison
-from zoo.report.comparison_words import goes_with, headline, leaders, sentences, statement
+from zoo.report.comparison_words import distance, goes_with, headline, leaders, sentences, statement
 from zoo.report.palette import MEASURED, styled
 from zoo.report.run_figure import Curves, halves, run_figure
 
@@ -226,6 +226,15 @@ def test_the_headline_claims_no_more_than_the_pairs() -> None:
     uncertain = document(2)
     uncertain["pairs"][0]["interval_over_time"] = [0.7, 1.1]
     assert headline(uncertain) == "a_network_called_0 is best on these runs: 12 % below a_network_called_1"
+
+
+def test_what_is_above_white_noise_need_not_be_the_models_fault() -> None:
+    """The floor of a comparison is white noise: a gyro that flickers is above it beside a complete model."""
+    near, far = (method("graybox", median) for median in (0.05, 0.1))
+    scale = scale_of(document(1))
+    assert "what is left is noise" in distance(near, scale)
+    assert "2.0× the white noise" in distance(far, scale)
+    assert "flicker and random walk, or something to explain" in distance(far, scale)
 
 
 def test_runs_that_were_fitted_are_no_judges() -> None:

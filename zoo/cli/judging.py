@@ -58,7 +58,7 @@ class Scored:
 
     @cached_property
     def floors(self) -> dict[str, float]:
-        """RMS that noise alone would leave of each run, from the quieter half of its differences [output's unit]."""
+        """White noise of each run, from the quieter half of its differences; flicker and random walk come on top [output's unit]."""
         return {one.name: noise_of([one]).white for one in self.runs}
 
     @cached_property

@@ -13,7 +13,7 @@ from typing import Any
 
 from zoo.artifacts import write_text
 from zoo.diagnosis import forms, quantities
-from zoo.given import listed
+from zoo.given import in_quotes
 from zoo.report.verdict import Record
 from zoo.report.wording import joined, significant
 
@@ -43,9 +43,9 @@ class Stub:
             refine: the words of the command, with the settings of the diagnosis; a search path among them is kept, and with it Python's.
         """
         place = Path(folder).resolve()
-        given = [one for word in refine if word.startswith(SEARCHPATH) for one in word.removeprefix(SEARCHPATH).strip("[]").split(",")]
-        own = listed(SEARCHPATH.removesuffix("="), [*given, f"file://{place / 'conf'}"])
-        typed = [*refine[:2], f"add={NAME}", *(word for word in refine[2:] if not word.startswith(SEARCHPATH)), own]
+        given = [word.removeprefix(SEARCHPATH).strip("[]") for word in refine if word.startswith(SEARCHPATH)]
+        folders = ",".join([*given, in_quotes(f"file://{place / 'conf'}")])
+        typed = [*refine[:2], f"add={NAME}", *(word for word in refine[2:] if not word.startswith(SEARCHPATH)), f"{SEARCHPATH}[{folders}]"]
         return [f"export PYTHONPATH={shlex.quote(str(place))}{':$PYTHONPATH' if given else ''}", shlex.join(typed)]
 
 
