@@ -11,7 +11,7 @@ from zoo.catalog import load, names
 from zoo.effects.base import Effect, History, Parameter
 from zoo.errors import InputError, WorkError
 from zoo.export.carried import CHUNK
-from zoo.export.torchscript import load_torchscript, to_torchscript
+from zoo.export.torchscript import Exported, load_torchscript, to_torchscript
 from zoo.models.example import example
 from zoo.models.graybox import GrayBox
 from zoo.models.hybrid import Hybrid
@@ -61,6 +61,19 @@ def test_every_network_predicts_as_trained_whole_and_by_sample(of_the_catalogue,
     x = record(model.inputs)
     check_close(script(x), model(x), 1e-13)
     check_close(stepped(script, x), model(x))
+
+
+@pytest.mark.filterwarnings("ignore::torch.jit.TracerWarning")
+@torch.no_grad()
+def test_no_effect_keeps_the_device_that_it_was_exported_on(everything, record) -> None:
+    model, _ = everything
+    scripted = torch.jit.script(Exported(model, "dph", example(model.inputs, RANGES), RANGES, refuse_outside=False))
+    # A device without numbers: mixed with anything that is still on the CPU, it raises.
+    core, x = scripted.core.to("meta"), record(model.inputs).to("meta")
+    first, state = core.first(x[:1])
+    following, state = core.following(x[1:2], state)
+    chunk, state = core.chunk(x[2 : 2 + CHUNK], state)
+    assert all(one.is_meta for one in (first, following, chunk, state))
 
 
 @torch.no_grad()

@@ -36,16 +36,14 @@ class Earlier(nn.Module):
 
     dwell: Tensor
     turns: Tensor
+    celsius: Tensor
+    """(B,) the temperatures at which time is counted."""
 
     def __init__(self) -> None:
         super().__init__()
         self.register_buffer("dwell", torch.zeros(1, BINS, dtype=torch.float64))
         self.register_buffer("turns", torch.full((1, 1), 0.5 * sum(ROOM_C), dtype=torch.float64))
-
-    @property
-    def celsius(self) -> Tensor:
-        """(B,) the temperatures at which time is counted."""
-        return COLDEST_C + STEP_C * torch.arange(BINS, dtype=self.dwell.dtype, device=self.dwell.device)
+        self.register_buffer("celsius", COLDEST_C + STEP_C * torch.arange(BINS, dtype=torch.float64), persistent=False)
 
     def dwelt(self, run: Tensor) -> Tensor:
         """Time at each temperature before runs of these numbers (...,) -> (..., B) [s]; a run that was not fitted comes after all that were."""
@@ -66,7 +64,12 @@ class Earlier(nn.Module):
 def _of_run(known: Tensor, run: Tensor) -> Tensor:
     last = len(known) - 1
     places = torch.where(run < 0, last, run - 1).clamp(0, last).long()
-    return known.to(run.device).index_select(0, places.flatten()).reshape(*run.shape, -1)
+    return known.type_as(run).index_select(0, places.flatten()).reshape(*run.shape, -1)  # not to(): a traced program would keep the device
+
+
+def numbered(run: float | Tensor, beside: Tensor) -> Tensor:
+    """A run's number, or those of several, as a tensor that is where another is."""
+    return torch.zeros_like(beside.flatten()[0]) + run
 
 
 class Continuing(Effect):
