@@ -19,6 +19,7 @@ from zoo.cli import application
 from zoo.measurements.read import read_runs
 from zoo.measurements.write import write_measurements
 from zoo.models.base import Model
+from zoo.simulator.noise import flicker
 
 SEEDS = 6
 
@@ -112,6 +113,58 @@ def test_the_noise_floor_is_that_of_the_recording(recordings, sweep, tmp_path) -
     document = compare(tmp_path, f"runs=[{sweep / 'line'}]", f"data.files=[{recordings / 'check.csv'}]")
     assert document["noise_floor"] == pytest.approx(0.01 / 5**0.5, rel=0.12)
     assert document["methods"][0]["excess"] == pytest.approx(document["rms"]["polynomial"] / document["noise_floor"])
+
+
+@pytest.fixture(scope="module")
+def flickering(tmp_path_factory) -> Path:
+    """A gyro with a cubic in temperature, and as much flicker as white noise; a run to fit, one to check, and its refinement."""
+    folder, chance = tmp_path_factory.mktemp("flickering"), torch.Generator().manual_seed(4)
+    for name in ("a", "check"):
+        time = torch.arange(25.0, 20 * 3600, 50.0, dtype=torch.float64)
+        temperature = 35 - 15 * torch.cos(2 * torch.pi * time / (8 if name == "a" else 11) / 3600)
+        noise = flicker(0.02, len(time), 50.0, chance) + 0.02 * torch.randn(len(time), generator=chance, dtype=torch.float64)
+        write_measurements(folder / f"{name}.csv", {"time_s": time, "temperature_c": temperature, "rate_dph": 0.01 * (temperature - 20) + noise})
+    given = [f"data.files=[{folder / 'a.csv'}]", f"data.check_files=[{folder / 'check.csv'}]", "data.average_s=100"]
+    assert run("refine", "effects=[static_bias]", "add=auto", *given, f"hydra.run.dir={folder / 'refined'}") == 0
+    return folder
+
+
+def test_the_noise_floor_is_all_of_the_noise_where_a_refinement_has_found_it(flickering, tmp_path) -> None:
+    refined = json.loads((flickering / "refined" / "refinement.json").read_text())
+    assert refined["verdict"] == "complete"
+    assert refined["noise"]["flicker"] > 0.4 * refined["noise"]["white"]
+    check = f"data.files=[{flickering / 'check.csv'}]"
+    assert run("export", f"run={flickering / 'refined'}", "program=false", f"hydra.run.dir={tmp_path / 'exported'}") == 0
+    for place, model in enumerate((flickering / "refined", tmp_path / "exported")):
+        document = compare(tmp_path / str(place), f"runs=[{model}]", check)
+        assert document["noise_floor"] == pytest.approx(refined["noise_floor_check"], rel=1e-9)
+        assert document["methods"][0]["excess"] == pytest.approx(refined["ladder"][-1]["rms_check"] / refined["noise_floor_check"], rel=1e-6)
+    longer = compare(tmp_path / "longer", f"runs=[{flickering / 'refined'}]", check, "data.average_s=400")
+    assert longer["noise"]["flicker"] == 0  # in means of another length, what is white cannot be told from the flicker
+    shutil.copytree(flickering / "refined", tmp_path / "short")
+    (tmp_path / "short" / "refinement.json").write_text(json.dumps(refined | {"verdict": "unknown"}))
+    white = compare(tmp_path / "white", f"runs=[{tmp_path / 'short'}]", check)
+    assert white["noise"]["flicker"] == 0
+    assert white["noise_floor"] < 0.9 * document["noise_floor"]
+
+
+def test_what_goes_beyond_the_training_is_told_of_models_and_of_exported_files(recordings, tmp_path, capsys) -> None:
+    """Fitted up to 40 °C, and asked at 60."""
+    narrow, wide = (f"data.files=[{recordings / name}.csv]" for name in ("check", "a"))
+    model = ["model=polynomial", "model.features=[temperature,temperature_rate]"]
+    assert run("train", *model, narrow, f"hydra.run.dir={tmp_path / 'line'}") == 0
+    assert run("export", f"run={tmp_path / 'line'}", "program=false", f"hydra.run.dir={tmp_path / 'exported'}") == 0
+    capsys.readouterr()
+    document = compare(tmp_path / "out", f"runs=[{tmp_path / 'line'},{tmp_path / 'exported'}]", narrow)
+    assert [one["beyond"] for one in document["methods"]] == [{}, {}]
+    assert "extrapolate" not in capsys.readouterr().out
+    document = compare(tmp_path / "out", f"runs=[{tmp_path / 'line'},{tmp_path / 'exported'}]", wide)
+    one, other = (one["beyond"]["a"] for one in document["methods"])
+    assert one == other
+    assert set(one) == {"temperature_c", "temperature_rate"}
+    assert one["temperature_c"]["reached"][1] == pytest.approx(60, abs=0.1)
+    assert one["temperature_c"]["fitted"][1] == pytest.approx(40, abs=0.1)
+    assert "All of the models extrapolate on a in " in capsys.readouterr().out
 
 
 def test_names_say_which_network_and_no_folder_and_blocks_in_seconds(recordings, tmp_path) -> None:

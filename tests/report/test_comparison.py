@@ -13,7 +13,7 @@ from rich.console import Console
 from zoo.report.comparison_figure import COLORS, OTHERS, colors_of
 from zoo.report.comparison_page import scale_of, seeds_drawn, stage_rows, stages_drawn, write_comparison
 from zoo.report.comparison_table import print_comparison
-from zoo.report.comparison_words import distance, goes_with, headline, leaders, sentences, statement
+from zoo.report.comparison_words import distance, extrapolations, goes_with, headline, leaders, sentences, statement
 from zoo.report.palette import MEASURED, styled
 from zoo.report.run_figure import Curves, halves, run_figure
 
@@ -39,6 +39,7 @@ def method(name: str, median: float, seeds: int = 1) -> dict[str, Any]:
         "where": [{"run": "check", "from_s": 0, "to_s": 3600, "stage": "hold", "temperature_c": [20, 20], "rms": 2 * median, "excess": 40 * median}],
         "goes_with": {"temperature": 0.6, "constant": 0.2, "time": 0.01},
         "fitted_runs": [],
+        "beyond": {},
     }
 
 
@@ -67,6 +68,7 @@ def document(methods: int, seeds: int = 1, verdict: str = "better") -> dict[str,
         "models": [{"name": name, "folder": f"outputs/{name}", "init": None, "optimizer": None} for one in found for name in one["models"]],
         "noise_floor": 0.05,
         "noise_floors": dict.fromkeys(RUNS, 0.05),
+        "noise": {"white": 0.05, "flicker": 0.0, "walk": 0.0},
         "methods": found,
         "pairs": [pair(best, one["name"], verdict) for one in found[1:]],
         "skipped": ["outputs/7"],
@@ -229,12 +231,34 @@ def test_the_headline_claims_no_more_than_the_pairs() -> None:
 
 
 def test_what_is_above_white_noise_need_not_be_the_models_fault() -> None:
-    """The floor of a comparison is white noise: a gyro that flickers is above it beside a complete model."""
+    """Where only white noise is known, a gyro that flickers is above it beside a complete model."""
     near, far = (method("graybox", median) for median in (0.05, 0.1))
     scale = scale_of(document(1))
-    assert "what is left is noise" in distance(near, scale)
-    assert "2.0× the white noise" in distance(far, scale)
-    assert "flicker and random walk, or something to explain" in distance(far, scale)
+    assert "what is left is noise" in distance(near, scale, whole=False)
+    assert "2.0× the white noise" in distance(far, scale, whole=False)
+    assert "flicker and random walk, or something to explain" in distance(far, scale, whole=False)
+    assert "2.0× the noise floor, so there is more to explain" in distance(far, scale, whole=True)
+    assert "what is left is noise" in distance(near, scale, whole=True)
+
+
+def test_what_extrapolates_is_said_once_for_all_that_do_so_alike() -> None:
+    far = {"temperature_c": {"fitted": [-30.0, 55.0], "reached": [-30.0, 70.0], "share": 0.123}}
+    farther = {"temperature_c": {"fitted": [-30.0, 55.0], "reached": [-30.0, 80.0], "share": 0.5}}
+    of = document(4)
+    assert extrapolations(of) == []
+    told = "check in 12 % of its time: temperature_c is −30.0 … 70.0 there, −30.0 … 55.0 in the fitted runs."
+    of["methods"][1]["beyond"] = {"check": far}
+    assert extrapolations(of) == [f"a_network_called_1 extrapolates on {told}"]
+    of["methods"][0]["beyond"] = {"check": far}
+    of["methods"][3]["beyond"] = {f"run_{i}": farther if i == 4 else far for i in range(5)}
+    both, other = extrapolations(of)
+    assert both == f"a_network_called_0 and a_network_called_1 extrapolate on {told}"
+    assert other.startswith("a_network_called_3 extrapolates on run_4 in 50 % of its time")
+    assert other.endswith("and on 2 more.")
+    for one in of["methods"]:
+        one["beyond"] = {"check": far}
+    assert extrapolations(of) == [f"All of the models extrapolate on {told}"]
+    assert extrapolations(of)[0] in sentences(of, scale_of(of))
 
 
 def test_runs_that_were_fitted_are_no_judges() -> None:

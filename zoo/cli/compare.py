@@ -23,7 +23,8 @@ from zoo.given import check_seed
 from zoo.measurements.run import Run
 from zoo.models.prediction import usable_device
 from zoo.scoring.comparison import UNCOMPENSATED, residuals, rms_by_kind, rms_by_stage
-from zoo.scoring.stages import Stage, bias_stability, label_stages
+from zoo.scoring.noise import NoiseModel
+from zoo.scoring.stages import Stage, bias_stability, label_stages, rms
 from zoo.threads import threads_for
 from zoo.units import convert, symbol
 
@@ -94,12 +95,18 @@ def _scored(entrants: list[Entrant], runs: list[Run], device: torch.device, hold
     left = [residuals(one.block_mean(one.error), found) for one, found in zip(runs, predicted, strict=True)]
     stages = [label_stages(one.block_mean(one.time), one.block_mean(one.temperature)) for one in runs]
     rows = [{"run": one.name} | row for one, each, cut in zip(runs, left, stages, strict=True) for row in rms_by_kind(each, cut)]
-    return Scored(runs, left, rows, holdout), stages
+    return Scored(runs, left, rows, holdout, _known_noise(entrants, left, runs[0].average_s)), stages
+
+
+def _known_noise(entrants: list[Entrant], left: list[dict[str, Tensor]], average_s: float) -> NoiseModel | None:
+    """The noise that a refinement has found, and nothing else; of several, that of the one which leaves least here."""
+    known = {one.name: noise for one in entrants if (noise := one.noise(average_s))}
+    return known[min(known, key=lambda name: rms(torch.cat([one[name] for one in left])))] if known else None
 
 
 def _prediction(entrant: Entrant, one: Run, device: torch.device) -> Tensor:
     """(N,) predicted error of one run [output's unit]."""
-    unit = entrant.facts.get("unit", one.unit)
+    unit = entrant.unit(one)
     try:
         asked = one.in_unit(unit)
     except InputError as error:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
+from math import isclose
 from pathlib import Path
 from typing import Any, cast
 
@@ -22,11 +23,16 @@ from zoo.export.exported import load_exported
 from zoo.export.files import SCRIPT
 from zoo.export.narrowed import narrowed
 from zoo.measurements.predictions import read_prediction
+from zoo.measurements.recording import JITTER
 from zoo.measurements.run import OUTPUT, Run
 from zoo.models.base import Model
 from zoo.models.prediction import predict_blocks
+from zoo.models.ranges import Ranges
+from zoo.models.reach import beyond_ranges
+from zoo.scoring.noise import NoiseModel
 from zoo.training.files import MEMBERS
 
+COMPLETE = "complete"
 NO_SETTINGS = ("seed", "seeds", "torch_device", "resume", "hydra", "data.check_files", "objective")
 """What a config says that makes no other method."""
 
@@ -43,6 +49,7 @@ class Entrant:
         settings: of its method, flat, such as ``model.hidden``; empty where they are not known.
         predict: (N,) predicted error of a run's blocks [output's unit].
         scripted: whether it is an exported file, of whose training not everything is known.
+        beyond: how far a run goes beyond what it was fitted to, see `zoo.models.reach.beyond`; nothing where that is not known.
     """
 
     name: str
@@ -52,6 +59,19 @@ class Entrant:
     settings: Mapping[str, str]
     predict: Callable[[Run, torch.device], Tensor]
     scripted: bool = False
+    beyond: Callable[[Run], dict[str, Any]] = lambda _: {}
+
+    def unit(self, run: Run) -> str:
+        """The one that it predicts in; a run's own where that is not known."""
+        return str(self.facts.get("unit", run.unit))
+
+    def noise(self, average_s: float) -> NoiseModel | None:
+        """Noise of means over so long [the unit it was fitted in], where it is known that the model leaves this and nothing else; else None.
+
+        Not from means of another length: white noise is read off their differences, which for longer ones flicker makes as well.
+        """
+        told, own = self.facts.get("noise"), self.facts.get("average_s") or 0.0
+        return NoiseModel(**told) if told and isclose(own, average_s, rel_tol=JITTER) and self.facts.get("verdict") == COMPLETE else None
 
 
 def find_entrants(runs: Sequence[str]) -> tuple[list[Entrant], list[str]]:
@@ -101,23 +121,27 @@ def _loaded(folder: Path, scripted: bool) -> list[Entrant]:
     if scripted:
         module, metadata = load_exported(folder)
         kind, facts = f"{metadata.get('model') or 'exported'}_exported", _facts(metadata)
-        return [Entrant(kind, kind, folder, facts, dict(_flat(metadata.get("settings") or {})), _predictor(module, folder), scripted=True)]
+        settings, ranges = dict(_flat(metadata.get("settings") or {})), module.ranges
+        return [Entrant(kind, kind, folder, facts, settings, _predictor(module, folder), True, _extrapolation(module, folder, ranges))]
     saved = load_saved(folder)
     idle = NO_SETTINGS if saved.facts.get("init") else (*NO_SETTINGS, "init")  # a fit by itself has no use for a start
-    settings = _settings(folder, saved.facts, but=idle)
+    settings, ranges = _settings(folder, saved.facts, but=idle), load_ranges(folder)
+    one = Entrant(
+        saved.kind, saved.kind, folder, saved.facts, settings, _predictor(saved.module, folder), beyond=_extrapolation(saved.module, folder, ranges)
+    )
     if not (folder / MEMBERS).is_file():
-        return [Entrant(saved.kind, saved.kind, folder, saved.facts, settings, _predictor(saved.module, folder))]
+        return [one]
     members = ((seed, cast(Model, module)) for seed, module in load_members(folder))
     told = saved.facts.get("members") or {}
     rms = dict(zip(told.get("seeds") or [], told.get("rms") or [], strict=False))
     own = ((saved.facts | {"seed": seed, "rms": rms.get(seed)}, module) for seed, module in members)
-    return [Entrant(saved.kind, saved.kind, folder, facts, settings, _predictor(module, folder)) for facts, module in own]
+    return [replace(one, facts=facts, predict=_predictor(module, folder)) for facts, module in own]
 
 
 def _facts(metadata: dict[str, Any]) -> dict[str, Any]:
     """What an exported file's metadata tell, as a training's metrics would."""
     trained = metadata.get("trained_on") or {}
-    told = {key: trained[key] for key in ("init", "optimizer", "seed", "average_s") if key in trained}
+    told = {key: trained[key] for key in ("init", "optimizer", "seed", "average_s", "noise", "verdict") if key in trained}
     unit = {key: metadata[key] for key in ("unit", "refuse_outside") if key in metadata}
     return unit | {"runs": [{"run": name} for name in trained.get("runs") or []]} | told
 
@@ -130,6 +154,10 @@ def _predictor(module: Model, folder: Path) -> Callable[[Run, torch.device], Ten
             raise InputError(f"{folder}: {error}") from error
 
     return predict
+
+
+def _extrapolation(module: Model, folder: Path, ranges: Ranges) -> Callable[[Run], dict[str, Any]]:
+    return lambda run: beyond_ranges(_taken_from(run, module, folder), ranges, [run])
 
 
 def _taken_from(run: Run, module: Model, folder: Path) -> Model:

@@ -28,7 +28,8 @@ from zoo.threads import threads_for
 from zoo.training.run import versions
 from zoo.units import symbol
 
-TOLD = ("init", "optimizer", "seed", "average_s", "rms", "rms_check", "rms_uncompensated", "rms_check_uncompensated", "noise_floor", "verdict")
+TOLD = ("init", "optimizer", "seed", "average_s", *("rms", "rms_check", "rms_uncompensated", "rms_check_uncompensated"))
+TOLD_OF_NOISE = ("noise_floor", "noise", "verdict")
 """What the metadata take from the result file of the training, where it has it."""
 
 
@@ -107,7 +108,7 @@ def _about(saved: SavedModel, runs: Sequence[Run]) -> dict[str, Any]:
             "runs": fitted_runs(facts),
             "sample_interval_s": _intervals(runs),
             "recorded_as": _recorded_as(runs),
-            **{key: facts.get(key, last.get(key)) for key in TOLD},
+            **{key: facts.get(key, last.get(key)) for key in (*TOLD, *TOLD_OF_NOISE)},
             # Of many seeds, the one that is kept.
             "seed": (facts.get("members") or facts).get("best_seed", facts.get("seed")),
             "versions": facts.get("versions"),

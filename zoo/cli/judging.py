@@ -5,7 +5,7 @@ from __future__ import annotations
 import itertools
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from functools import cached_property
 from typing import Any
 
@@ -16,12 +16,12 @@ from zoo.cli.entrants import Entrant
 from zoo.cli.methods import Method
 from zoo.cli.saved_models import fitted_runs
 from zoo.diagnosis.regions import regions
-from zoo.fitting.noise import blocks_of, noise_of
+from zoo.fitting.noise import blocks_of, coloured, floor_of, floors_of, noise_of
 from zoo.measurements.run import HELD_OUT, Run
 from zoo.scoring.batches import ratio_interval, rms_interval
 from zoo.scoring.comparison import UNCOMPENSATED, WHOLE, alike
 from zoo.scoring.dependence import shares
-from zoo.scoring.noise import effective_samples
+from zoo.scoring.noise import NoiseModel, effective_samples
 from zoo.scoring.seeds import RANGE, contest, spread
 from zoo.scoring.stages import KINDS, local_rate, rms
 
@@ -41,12 +41,14 @@ class Scored:
         left: (N_r,) residuals by model, run by run, the uncompensated error among them [output's unit].
         rows: RMS by run and kind of stage, one column a model.
         holdout: share of each run that the held-out pieces are, where the runs are such.
+        like: noise of their blocks, of which the colour counts; None where only their white noise is known.
     """
 
     runs: list[Run]
     left: list[dict[str, Tensor]]
     rows: list[dict[str, Any]]
     holdout: float = 0.0
+    like: NoiseModel | None = None
 
     def of(self, model: str) -> list[Tensor]:
         """(N_r,) of each run [output's unit]."""
@@ -57,20 +59,24 @@ class Scored:
         return rms(torch.cat(self.of(model)))
 
     @cached_property
-    def floors(self) -> dict[str, float]:
-        """White noise of each run, from the quieter half of its differences; flicker and random walk come on top [output's unit]."""
-        return {one.name: noise_of([one]).white for one in self.runs}
+    def floor(self) -> float:
+        """What a complete model would leave of the runs: their white noise, and flicker and random walk where these are known [output's unit]."""
+        return floor_of(self.runs, self.like)
 
     @cached_property
-    def floor(self) -> float:
-        """The same of all runs together."""
-        total = sum(one.blocks for one in self.runs)
-        return math.sqrt(sum(one.blocks * self.floors[one.name] ** 2 for one in self.runs) / total)
+    def floors(self) -> dict[str, float]:
+        """The same of each run, by name."""
+        return floors_of(self.runs, self.floor)
+
+    @cached_property
+    def noise(self) -> NoiseModel:
+        """What a complete model would leave of a usual block, of which `floor` is the RMS over all [output's unit]."""
+        return coloured(noise_of(self.runs).white, self.like)
 
     @cached_property
     def worth(self) -> float:
         """How many independent blocks all are worth if nothing but noise is left."""
-        return effective_samples(noise_of(self.runs), blocks_of(self.runs))
+        return effective_samples(noise_of(self.runs) if self.like is None else self.noise, blocks_of(self.runs))
 
     @cached_property
     def quantities(self) -> dict[str, Tensor]:
@@ -111,6 +117,7 @@ def judge(methods: Sequence[Method], scored: Scored, generator: Generator) -> di
     return {
         "noise_floor": scored.floor,
         "noise_floors": scored.floors,
+        "noise": asdict(scored.noise),
         "methods": [_record(one, scored, generator) for one in judged],
         "pairs": [_pair(first, second, scored, generator) for first, second in pairs],
     }
@@ -134,6 +141,7 @@ class _Judged:
 
 def _record(one: _Judged, scored: Scored, generator: Generator) -> dict[str, Any]:
     members, left = list(one.method.members.values()), scored.of(one.typical)
+    typical = next(member for member in members if member.name == one.typical)
     several = spread(torch.tensor(list(one.values.values()), dtype=torch.float64), generator)
     interval = several.interval if len(one.values) > 1 else rms_interval(left, scored.worth)
     return {
@@ -150,6 +158,7 @@ def _record(one: _Judged, scored: Scored, generator: Generator) -> dict[str, Any
         "rows": [_row(row, list(one.names.values()), scored) for row in scored.kinds],
         "where": regions(scored.runs, torch.cat(left), scored.floors)[:WORST_SHOWN],
         "goes_with": shares(torch.cat(left).cpu(), scored.quantities),
+        "beyond": {run.name: found for run in scored.runs if (found := typical.beyond(run.in_unit(typical.unit(run))))},
         "fitted_runs": [run.name for run in scored.runs if _was_fitted(members[0], run.name, scored.holdout)],
     }
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from math import isclose
 from typing import Any
 
@@ -17,13 +17,12 @@ from zoo.diagnosis.structure import Structure, examine
 from zoo.diagnosis.workbench import VARIED_REFERENCE, Workbench
 from zoo.effects.base import Effect
 from zoo.errors import InputError
-from zoo.fitting.noise import blocks_of, floors_of, noise_of
+from zoo.fitting.noise import floor_of, floors_of
 from zoo.measurements.recording import JITTER
 from zoo.measurements.run import Run
 from zoo.models.graybox import GrayBox
 from zoo.models.prediction import predict_blocks
 from zoo.models.reach import beyond
-from zoo.scoring.noise import NoiseModel
 from zoo.threads import threads_for
 
 CHECK_ALLOWED = 1.5
@@ -132,7 +131,8 @@ def _record(bench: Workbench, solutions: list[Solved], structure: Structure, che
         for name, solved in zip([None, *added], solutions, strict=True)
     ]
     floor = bench.noise_floor(solutions[-1]) if structure.is_noise else bench.mixtures.white
-    floor_check = _check_floor(check_runs, solutions[-1].likely.noise if structure.is_noise else None)
+    noise = solutions[-1].likely.noise if structure.is_noise else None
+    floor_check = floor_of(check_runs, noise) if check_runs else None
     borne_out = floor_check is None or (ladder[-1]["rms_check"] or 0.0) <= CHECK_ALLOWED * floor_check
     return {
         "schema_version": 1,
@@ -144,22 +144,12 @@ def _record(bench: Workbench, solutions: list[Solved], structure: Structure, che
         "noise_floor": floor,
         "noise_floor_by_run": floors_of(bench.runs, floor),
         "noise_floor_check": floor_check,
+        "noise": None if noise is None else asdict(noise),
         "verdict": "complete" if structure.is_noise and borne_out else "unknown",
         "borne_out": borne_out,
         "beyond": beyond(solutions[-1].model, bench.runs, check_runs),
         "parameters": fitted_parameters(solutions[-1], bench.runs[0].unit),
     }
-
-
-def _check_floor(runs: list[Run], fitted: NoiseModel | None) -> float | None:
-    """RMS that complete predictions of the check runs would leave [unit]: their own white noise, coloured as that of the fitted runs is."""
-    if not runs:
-        return None
-    white = noise_of(runs).white
-    scale = 0.0 if fitted is None else white / fitted.white
-    noise = NoiseModel(white, 0.0) if fitted is None else NoiseModel(white, scale * fitted.flicker, scale * fitted.walk)
-    variance = torch.cat([noise.covariance(blocks).diagonal() for blocks in blocks_of(runs)])
-    return float(variance.mean().sqrt())
 
 
 def check_rms(model: GrayBox, runs: list[Run]) -> float | None:

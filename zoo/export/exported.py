@@ -14,6 +14,8 @@ from torch import Tensor
 from zoo.errors import InputError
 from zoo.export.files import METADATA, SCRIPT
 from zoo.models.base import Model
+from zoo.models.features import Features
+from zoo.models.ranges import Ranges, checked
 
 
 class ExportedModel(Model):
@@ -21,12 +23,18 @@ class ExportedModel(Model):
 
     Attributes:
         script: what was in the file.
+        ranges: within which it was fitted, by raw column, rate and lag.
+        watched: the rates and lags among these; None where there are none.
     """
 
-    def __init__(self, script: torch.nn.Module, inputs: list[str]) -> None:
+    def __init__(self, script: torch.nn.Module, inputs: list[str], ranges: Ranges) -> None:
         super().__init__()
         self.script = script
         self.inputs = inputs
+        self.ranges = ranges
+        made, stream = [name for name in ranges if name not in inputs], getattr(script, "stream", None)
+        smoothed = [] if stream is None else [tau for tau, is_rate in zip(stream.tau, stream.is_rate, strict=True) if is_rate]
+        self.watched = Features(made, *smoothed[:1]) if made else None
 
     def forward(self, x: Tensor) -> Tensor:
         """Predict the error, see `Model.forward`."""
@@ -46,15 +54,16 @@ def load_exported(folder: Path) -> tuple[ExportedModel, dict[str, Any]]:
     try:
         facts = json.loads((folder / METADATA).read_text(encoding="utf-8"))
         inputs = [str(name) for name in facts["inputs"]]
+        ranges = checked({name: known for name, known in (facts.get("trained_range") or {}).items() if known})
         with warnings.catch_warnings():
             warnings.simplefilter("ignore", DeprecationWarning)  # TorchScript as a whole is deprecated
             file = (folder / SCRIPT).read_bytes()
             script = torch.jit.load(io.BytesIO(file), map_location="cpu").eval()
     except OSError as error:
         raise InputError(f"{folder}: no exported model here ({error.strerror}: {METADATA}); {SCRIPT} and {METADATA} are needed") from error
-    except (ValueError, KeyError, TypeError, RuntimeError) as error:
+    except (ValueError, KeyError, TypeError, RuntimeError, AttributeError, InputError) as error:
         raise InputError(f"{folder}: {SCRIPT} and {METADATA} are not what fogzoo export writes ({' '.join(str(error).split())[:120]})") from error
     told = (facts.get("files") or {}).get(SCRIPT, {}).get("sha256")
     if told not in (None, hashlib.sha256(file).hexdigest()):
         raise InputError(f"{folder}: {SCRIPT} is not the file that {METADATA} tells of; export the model again")
-    return ExportedModel(script, inputs), facts
+    return ExportedModel(script, inputs, ranges), facts

@@ -67,6 +67,23 @@ def floors_of(runs: list[Run], floor: float) -> dict[str, float]:
     return {run.name: floor * level / mean for run, level in zip(runs, levels, strict=True)}
 
 
+def floor_of(runs: list[Run], like: NoiseModel | None = None) -> float:
+    """RMS of the block means that complete predictions of some runs would leave [unit]: their own white noise, with the colour of another.
+
+    Args:
+        runs: R runs, not those that the other noise was fitted to, or else what the fit took up of it is not in here.
+        like: noise of means over blocks as long; None for white alone.
+    """
+    noise = coloured(noise_of(runs).white, like)
+    variance = torch.cat([noise.covariance(piece).diagonal() for blocks in blocks_of(runs) for piece in blocks.pieces])
+    return float(variance.mean().sqrt())
+
+
+def coloured(white: float, like: NoiseModel | None) -> NoiseModel:
+    """White noise of this RMS [unit], and flicker and random walk as large beside it as in another, of any unit; None for white alone."""
+    return NoiseModel(white, 0.0) if like is None else NoiseModel(white, white / like.white * like.flicker, white / like.white * like.walk)
+
+
 def _level(run: Run) -> float:
     """White noise of a run's block means where the two scales agree; NaN where they do not."""
     coarse, fine = white_level([run.block_mean(run.error)], kept=STILL), _fine_level([run])

@@ -31,7 +31,12 @@ def fitted_ranges(model: Model, runs: Sequence[Run]) -> dict[str, tuple[float, f
         model: whose `inputs` are asked for.
         runs: fitted.
     """
-    return {name: (float(values.min()), float(values.max())) for name, values in watched_values(model, runs).items()}
+    return {name: (_rounded(values.min()), _rounded(values.max())) for name, values in watched_values(model, runs).items()}
+
+
+def _rounded(value: Tensor) -> float:
+    """A number to twelve digits: means of what was recorded as 58.74 are 58.739999999999995."""
+    return float(f"{float(value):.12g}")
 
 
 def outside(x: Tensor, names: Sequence[str], ranges: Ranges) -> Tensor:

@@ -12,7 +12,7 @@ from zoo import __version__
 from zoo.artifacts import write_text
 from zoo.report.canvas import inline_svg
 from zoo.report.comparison_figure import UNCOMPENSATED, seeds_figure, stages_figure
-from zoo.report.comparison_words import Record, goes_with, headline, leaders, pair_of, sentences, statement
+from zoo.report.comparison_words import Record, goes_with, headline, leaders, pair_of, sentences, statement, whole_noise
 from zoo.report.palette import styled
 from zoo.report.run_figure import Curves, halves
 from zoo.report.tables import region_rows
@@ -25,6 +25,9 @@ if TYPE_CHECKING:
 RUNS_DRAWN, PANELS = 8, 8
 PAIRS_SHOWN, METHODS_OPEN = 12, 3
 EVERYWHERE = "all runs"
+WHOLE = "white noise of these runs, with as much flicker and random walk beside it as refine has found: what a complete model leaves"
+WHITE = "white noise, read off these runs: a complete model leaves it, and the gyro's flicker and random walk"
+"""What the noise floor is."""
 FINER = 5.0
 """Methods differ by less than the noise floor's own digits show."""
 
@@ -129,7 +132,7 @@ def _tiles(document: Record, scale: Scale) -> list[tuple[str, str, str]]:
     return [
         ("Uncompensated", scale.text(bare), f"{times(bare / floor)} noise floor"),
         (f"Best: {best['name']}{seeds}", scale.text(best["rms"]["median"]), f"{times(best['excess'])} noise floor"),
-        ("Noise floor", scale.text(floor), "white noise, read off these runs: a complete model leaves it, and the gyro's flicker and random walk"),
+        ("Noise floor", scale.text(floor), WHOLE if whole_noise(document) else WHITE),
     ]
 
 

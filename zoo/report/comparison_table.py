@@ -10,7 +10,7 @@ from rich.text import Text
 
 from zoo.report.comparison_figure import UNCOMPENSATED
 from zoo.report.comparison_page import stage_rows
-from zoo.report.comparison_words import fitted_note, statement
+from zoo.report.comparison_words import notes, statement, whole_noise
 from zoo.report.wording import times
 from zoo.units import symbol
 
@@ -41,8 +41,8 @@ def print_comparison(document: dict[str, Any], console: Console | None = None) -
     out.print()
     for pair in document["pairs"][:STATED]:
         out.print(Text(f"{statement(pair)}."))
-    if seen := fitted_note(document):
-        out.print(Text(seen, style="yellow"))
+    for note in notes(document):
+        out.print(Text(note, style="yellow"))
 
 
 def _labels(document: dict[str, Any]) -> dict[str, str]:
@@ -73,7 +73,7 @@ def _summary(document: dict[str, Any], labels: dict[str, str]) -> Table:
     for head in ("RMS", "90 % of seeds", "× floor"):
         table.add_column(head, justify="right", no_wrap=True)
     bare, floor = document["rms"][UNCOMPENSATED], document["noise_floor"]
-    table.add_row(Text("noise floor", style="dim"), Text(_number(floor), style="dim"), "", "")
+    table.add_row(Text("noise floor" if whole_noise(document) else "white noise", style="dim"), Text(_number(floor), style="dim"), "", "")
     table.add_row(UNCOMPENSATED, _number(bare), "", times(bare / floor))
     best = document["methods"][0]["rms"]["median"]
     for one in document["methods"]:

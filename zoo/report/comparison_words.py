@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 from zoo.report.floors import WORTH_TELLING
-from zoo.report.wording import Scale, fixed, joined, percent, times
+from zoo.report.wording import Scale, fixed, joined, percent, reached_beyond, times
 from zoo.scoring.seeds import ENOUGH
 
 Record = dict[str, Any]
@@ -149,9 +149,43 @@ def sentences(document: Record, scale: Scale) -> list[str]:
     """The few that explain the headline."""
     best, methods = document["methods"][0], document["methods"]
     found = [f"{pair_statement}." for one in methods[1:3] if (pair_statement := _stated(document, best["name"], one["name"]))]
-    found.append(distance(best, scale))
-    seen = fitted_note(document)
-    return found if seen is None else [*found, seen]
+    found.append(distance(best, scale, whole_noise(document)))
+    return [*found, *notes(document)]
+
+
+def notes(document: Record) -> list[str]:
+    """What limits what the comparison says: where models extrapolate, and where they are judged by what they were fitted to."""
+    return [*extrapolations(document), *filter(None, [fitted_note(document)])]
+
+
+def extrapolations(document: Record) -> list[str]:
+    """Where methods are asked for what they were never fitted to; a sentence for all that are so by the same."""
+    said: dict[str, list[str]] = {}
+    for one in document["methods"]:
+        if one["beyond"]:
+            said.setdefault(_farthest(one["beyond"]), []).append(one["name"])
+    every = len(document["methods"])
+    return [f"{_who(names, every)} on {told}." for told, names in said.items()]
+
+
+def _farthest(beyond: Record) -> str:
+    """The runs that go beyond what was fitted, those in which it is for longest first."""
+    shares = {run: max(one["share"] for one in found.values()) for run, found in beyond.items()}
+    runs = sorted(shares, key=lambda run: -shares[run])
+    told = [f"{run} in {percent(shares[run])} of its time: {reached_beyond(beyond[run])}" for run in runs[:NAMED]]
+    return "; ".join([*told, *([f"and on {len(runs) - NAMED} more"] if len(runs) > NAMED else [])])
+
+
+def _who(names: list[str], every: int) -> str:
+    """Those that extrapolate."""
+    if len(names) == every > 1:
+        return "All of the models extrapolate"
+    return f"{joined(names)} extrapolate{'s' if len(names) == 1 else ''}" if len(names) <= NAMED else f"{len(names)} of the models extrapolate"
+
+
+def whole_noise(document: Record) -> bool:
+    """Whether the noise floor is all of the gyro's noise, as a refinement has found it, or its white noise alone."""
+    return document["noise"]["flicker"] > 0 or document["noise"]["walk"] > 0
 
 
 def fitted_note(document: Record) -> str | None:
@@ -172,12 +206,14 @@ def _stated(document: Record, first: str, second: str) -> str | None:
     return None if pair is None else statement(pair)
 
 
-def distance(method: Record, scale: Scale) -> str:
-    """How far one method is from the noise."""
+def distance(method: Record, scale: Scale, whole: bool) -> str:
+    """How far one method is from the noise: from all of it, or from its white part."""
     excess, removed = method["excess"], percent(method["removed"]) if method["removed"] > 0 else "none"
     what = f"{method['name']} leaves {scale.full(method['rms']['median'])} and removes {removed} of the error"
     if excess <= WORTH_TELLING:
         return f"{what}: what is left is noise ({times(excess)} the floor)."
+    if whole:
+        return f"{what}: {times(excess)} the noise floor, so there is more to explain: fogzoo diagnose tells what."
     return f"{what}: {times(excess)} the white noise. The rest is flicker and random walk, or something to explain: fogzoo diagnose tells which."
 
 
