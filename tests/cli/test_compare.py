@@ -157,14 +157,14 @@ def test_what_goes_beyond_the_training_is_told_of_models_and_of_exported_files(r
     capsys.readouterr()
     document = compare(tmp_path / "out", f"runs=[{tmp_path / 'line'},{tmp_path / 'exported'}]", narrow)
     assert [one["beyond"] for one in document["methods"]] == [{}, {}]
-    assert "extrapolate" not in capsys.readouterr().out
+    assert "Extrapolated" not in capsys.readouterr().out
     document = compare(tmp_path / "out", f"runs=[{tmp_path / 'line'},{tmp_path / 'exported'}]", wide)
     one, other = (one["beyond"]["a"] for one in document["methods"])
     assert one == other
     assert set(one) == {"temperature_c", "temperature_rate"}
     assert one["temperature_c"]["reached"][1] == pytest.approx(60, abs=0.1)
     assert one["temperature_c"]["fitted"][1] == pytest.approx(40, abs=0.1)
-    assert "All of the models extrapolate on a in " in capsys.readouterr().out
+    assert "Extrapolated by every model: a in " in capsys.readouterr().out
 
 
 def test_names_say_which_network_and_no_folder_and_blocks_in_seconds(recordings, tmp_path) -> None:

@@ -246,18 +246,18 @@ def test_what_extrapolates_is_said_once_for_all_that_do_so_alike() -> None:
     farther = {"temperature_c": {"fitted": [-30.0, 55.0], "reached": [-30.0, 80.0], "share": 0.5}}
     of = document(4)
     assert extrapolations(of) == []
-    told = "check in 12 % of its time: temperature_c is −30.0 … 70.0 there, −30.0 … 55.0 in the fitted runs."
+    told = "check in 12 % of its time (temperature_c is −30.0 … 70.0 there, −30.0 … 55.0 in the fitted runs)."
     of["methods"][1]["beyond"] = {"check": far}
-    assert extrapolations(of) == [f"a_network_called_1 extrapolates on {told}"]
+    assert extrapolations(of) == [f"Extrapolated by a_network_called_1: {told}"]
     of["methods"][0]["beyond"] = {"check": far}
     of["methods"][3]["beyond"] = {f"run_{i}": farther if i == 4 else far for i in range(5)}
     both, other = extrapolations(of)
-    assert both == f"a_network_called_0 and a_network_called_1 extrapolate on {told}"
-    assert other.startswith("a_network_called_3 extrapolates on run_4 in 50 % of its time")
-    assert other.endswith("and on 2 more.")
+    assert both == f"Extrapolated by a_network_called_0 and a_network_called_1: {told}"
+    assert other.startswith("Extrapolated by a_network_called_3: run_4 in 50 % of its time (")
+    assert other.endswith("; and 2 more.")
     for one in of["methods"]:
         one["beyond"] = {"check": far}
-    assert extrapolations(of) == [f"All of the models extrapolate on {told}"]
+    assert extrapolations(of) == [f"Extrapolated by every model: {told}"]
     assert extrapolations(of)[0] in sentences(of, scale_of(of))
 
 

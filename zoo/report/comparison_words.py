@@ -164,23 +164,22 @@ def extrapolations(document: Record) -> list[str]:
     for one in document["methods"]:
         if one["beyond"]:
             said.setdefault(_farthest(one["beyond"]), []).append(one["name"])
-    every = len(document["methods"])
-    return [f"{_who(names, every)} on {told}." for told, names in said.items()]
+    return [f"Extrapolated by {_who(names, document)}: {told}." for told, names in said.items()]
 
 
 def _farthest(beyond: Record) -> str:
     """The runs that go beyond what was fitted, those in which it is for longest first."""
     shares = {run: max(one["share"] for one in found.values()) for run, found in beyond.items()}
     runs = sorted(shares, key=lambda run: -shares[run])
-    told = [f"{run} in {percent(shares[run])} of its time: {reached_beyond(beyond[run])}" for run in runs[:NAMED]]
-    return "; ".join([*told, *([f"and on {len(runs) - NAMED} more"] if len(runs) > NAMED else [])])
+    told = [f"{run} in {percent(shares[run])} of its time ({reached_beyond(beyond[run])})" for run in runs[:NAMED]]
+    return "; ".join([*told, *([f"and {len(runs) - NAMED} more"] if len(runs) > NAMED else [])])
 
 
-def _who(names: list[str], every: int) -> str:
-    """Those that extrapolate."""
-    if len(names) == every > 1:
-        return "All of the models extrapolate"
-    return f"{joined(names)} extrapolate{'s' if len(names) == 1 else ''}" if len(names) <= NAMED else f"{len(names)} of the models extrapolate"
+def _who(names: list[str], document: Record) -> str:
+    """Some of the methods in words."""
+    if 1 < len(names) == len(document["methods"]):
+        return "every model"
+    return joined(names) if len(names) <= NAMED else f"{len(names)} of the models"
 
 
 def whole_noise(document: Record) -> bool:
@@ -197,7 +196,7 @@ def fitted_note(document: Record) -> str | None:
         return f"All of these runs were fitted by {who}, to go by their names: runs that no model has seen are needed to judge."
     runs = list(dict.fromkeys(run for one in methods for run in one["fitted_runs"]))
     names = [one["name"] for one in methods if one["fitted_runs"]]
-    who = joined(names) if len(names) <= NAMED else f"{len(names)} of the models"
+    who = _who(names, document)
     return f"Fitted by {who}, to go by the name: {joined(runs)}; that flatters {'it' if len(names) == 1 else 'them'} there." if runs else None
 
 
