@@ -139,32 +139,51 @@ def test_the_noise_floor_is_all_of_the_noise_where_a_refinement_has_found_it(fli
         document = compare(tmp_path / str(place), f"runs=[{model}]", check)
         assert document["noise_floor"] == pytest.approx(refined["noise_floor_check"], rel=1e-9)
         assert document["methods"][0]["excess"] == pytest.approx(refined["ladder"][-1]["rms_check"] / refined["noise_floor_check"], rel=1e-6)
+    fitted = compare(tmp_path / "fitted", f"runs=[{flickering / 'refined'}]", f"data.files=[{flickering / 'a.csv'}]")
+    assert fitted["noise_floor"] == pytest.approx(refined["noise_floor"], rel=1e-9)  # less what the fit has taken up
+    assert fitted["methods"][0]["excess"] == pytest.approx(refined["ladder"][-1]["rms"] / refined["noise_floor"], rel=1e-6)
     longer = compare(tmp_path / "longer", f"runs=[{flickering / 'refined'}]", check, "data.average_s=400")
-    assert longer["noise"]["flicker"] == 0  # in means of another length, what is white cannot be told from the flicker
+    assert longer["noise"] is None  # in means of another length, what is white cannot be told from the flicker
     shutil.copytree(flickering / "refined", tmp_path / "short")
     (tmp_path / "short" / "refinement.json").write_text(json.dumps(refined | {"verdict": "unknown"}))
     white = compare(tmp_path / "white", f"runs=[{tmp_path / 'short'}]", check)
-    assert white["noise"]["flicker"] == 0
+    assert white["noise"] is None
     assert white["noise_floor"] < 0.9 * document["noise_floor"]
+
+
+def test_runs_of_unequal_noise_have_floors_of_their_own(recordings, sweep, tmp_path) -> None:
+    """The second has five times the noise, which a filter has smoothed within each block."""
+    chance = torch.Generator().manual_seed(2)
+    time = torch.arange(10.0, 8 * 3600, 20.0, dtype=torch.float64)
+    for name, size in (("quiet", 0.01), ("loud", 0.05)):
+        blocks = size * torch.randn(len(time) // 5 + 1, generator=chance, dtype=torch.float64)
+        noise = blocks.repeat_interleave(5)[: len(time)] + 0.1 * size * torch.randn(len(time), generator=chance, dtype=torch.float64)
+        write_measurements(tmp_path / f"{name}.csv", {"time_s": time, "temperature_c": 30 + time / 3600, "rate_dph": noise})
+    document = compare(tmp_path / "out", f"runs=[{sweep / 'line'}]", f"data.files=[{tmp_path}/quiet.csv,{tmp_path}/loud.csv]", "data.average_s=100")
+    assert document["noise_floors"] == pytest.approx({"quiet": 0.01, "loud": 0.05}, rel=0.2)
+    assert document["noise_floor"] == pytest.approx((0.5 * (0.01**2 + 0.05**2)) ** 0.5, rel=0.2)
 
 
 def test_what_goes_beyond_the_training_is_told_of_models_and_of_exported_files(recordings, tmp_path, capsys) -> None:
     """Fitted up to 40 °C, and asked at 60."""
-    narrow, wide = (f"data.files=[{recordings / name}.csv]" for name in ("check", "a"))
-    model = ["model=polynomial", "model.features=[temperature,temperature_rate]"]
+    narrow = f"data.files=[{recordings / 'check.csv'}]"
+    model = ["model=polynomial", "model.features=[temperature,temperature_rate,time_s]", "model.smoothing_s=300"]
     assert run("train", *model, narrow, f"hydra.run.dir={tmp_path / 'line'}") == 0
     assert run("export", f"run={tmp_path / 'line'}", "program=false", f"hydra.run.dir={tmp_path / 'exported'}") == 0
     capsys.readouterr()
     document = compare(tmp_path / "out", f"runs=[{tmp_path / 'line'},{tmp_path / 'exported'}]", narrow)
     assert [one["beyond"] for one in document["methods"]] == [{}, {}]
     assert "Extrapolated" not in capsys.readouterr().out
-    document = compare(tmp_path / "out", f"runs=[{tmp_path / 'line'},{tmp_path / 'exported'}]", wide)
-    one, other = (one["beyond"]["a"] for one in document["methods"])
+    later = pd.read_csv(recordings / "a.csv")
+    later["time_s"] += 7200
+    later.to_csv(tmp_path / "later.csv", index=False)
+    document = compare(tmp_path / "out", f"runs=[{tmp_path / 'line'},{tmp_path / 'exported'}]", f"data.files=[{tmp_path / 'later.csv'}]")
+    one, other = (one["beyond"]["later"] for one in document["methods"])
     assert one == other
-    assert set(one) == {"temperature_c", "temperature_rate"}
+    assert set(one) == {"time_s", "temperature_c", "temperature_rate"}
     assert one["temperature_c"]["reached"][1] == pytest.approx(60, abs=0.1)
     assert one["temperature_c"]["fitted"][1] == pytest.approx(40, abs=0.1)
-    assert "Extrapolated by every model: a in " in capsys.readouterr().out
+    assert "Extrapolated by every model: later in " in capsys.readouterr().out
 
 
 def test_names_say_which_network_and_no_folder_and_blocks_in_seconds(recordings, tmp_path) -> None:

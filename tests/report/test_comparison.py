@@ -68,7 +68,7 @@ def document(methods: int, seeds: int = 1, verdict: str = "better") -> dict[str,
         "models": [{"name": name, "folder": f"outputs/{name}", "init": None, "optimizer": None} for one in found for name in one["models"]],
         "noise_floor": 0.05,
         "noise_floors": dict.fromkeys(RUNS, 0.05),
-        "noise": {"white": 0.05, "flicker": 0.0, "walk": 0.0},
+        "noise": None,
         "methods": found,
         "pairs": [pair(best, one["name"], verdict) for one in found[1:]],
         "skipped": ["outputs/7"],
@@ -239,6 +239,7 @@ def test_what_is_above_white_noise_need_not_be_the_models_fault() -> None:
     assert "flicker and random walk, or something to explain" in distance(far, scale, whole=False)
     assert "2.0× the noise floor, so there is more to explain" in distance(far, scale, whole=True)
     assert "what is left is noise" in distance(near, scale, whole=True)
+    assert "what is left may be noise (1.4× the floor)" in distance(method("graybox", 0.07), scale, whole=True)
 
 
 def test_what_extrapolates_is_said_once_for_all_that_do_so_alike() -> None:

@@ -30,6 +30,13 @@ def level(values: list[Tensor]) -> float:
 # The level of white noise
 
 
+def test_variance_is_the_covariances_diagonal() -> None:
+    blocks = Blocks(100.0 * torch.arange(1, 300, dtype=torch.float64), torch.linspace(0.5, 1, 299, dtype=torch.float64), begin=-7000.0)
+    noise = NoiseModel(0.3, 0.2, 0.1)
+    torch.testing.assert_close(noise.variance(blocks), noise.covariance(blocks).diagonal(), rtol=1e-12, atol=0)
+    torch.testing.assert_close(noise.scaled(2.0).variance(blocks), 4 * noise.variance(blocks), rtol=1e-12, atol=0)
+
+
 def test_it_is_unbiased_on_white_noise() -> None:
     found = torch.tensor([level([normal(400, seed)]) for seed in range(300)])
     assert float(found.mean()) == pytest.approx(1, abs=0.02)

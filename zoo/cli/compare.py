@@ -17,13 +17,15 @@ from zoo.cli.entrants import Entrant, find_entrants, given_predictions, named
 from zoo.cli.given_predictions import named_files
 from zoo.cli.inputs import print_notes, read_data
 from zoo.cli.judging import Scored, judge
+from zoo.cli.known_noise import KnownNoise, floors
 from zoo.cli.methods import methods_of
 from zoo.errors import InputError, WorkError
+from zoo.fitting.noise import of_all
 from zoo.given import check_seed
 from zoo.measurements.run import Run
 from zoo.models.prediction import usable_device
 from zoo.scoring.comparison import UNCOMPENSATED, residuals, rms_by_kind, rms_by_stage
-from zoo.scoring.noise import NoiseModel
+from zoo.scoring.noise import CHECK_ALLOWED
 from zoo.scoring.stages import Stage, bias_stability, label_stages, rms
 from zoo.threads import threads_for
 from zoo.units import convert, symbol
@@ -95,13 +97,15 @@ def _scored(entrants: list[Entrant], runs: list[Run], device: torch.device, hold
     left = [residuals(one.block_mean(one.error), found) for one, found in zip(runs, predicted, strict=True)]
     stages = [label_stages(one.block_mean(one.time), one.block_mean(one.temperature)) for one in runs]
     rows = [{"run": one.name} | row for one, each, cut in zip(runs, left, stages, strict=True) for row in rms_by_kind(each, cut)]
-    return Scored(runs, left, rows, holdout, _known_noise(entrants, left, runs[0].average_s)), stages
+    return Scored(runs, left, rows, holdout, _known_noise(entrants, left, runs)), stages
 
 
-def _known_noise(entrants: list[Entrant], left: list[dict[str, Tensor]], average_s: float) -> NoiseModel | None:
-    """The noise that a refinement has found, and nothing else; of several, that of the one which leaves least here."""
-    known = {one.name: noise for one in entrants if (noise := one.noise(average_s))}
-    return known[min(known, key=lambda name: rms(torch.cat([one[name] for one in left])))] if known else None
+def _known_noise(entrants: list[Entrant], left: list[dict[str, Tensor]], runs: list[Run]) -> KnownNoise | None:
+    """What a refinement among them has found, if its model comes down to that here as well; of several, that of the one which leaves least."""
+    found = {one.name: rms(torch.cat([each[one.name] for each in left])) for one in entrants if one.noise and all(map(one.noise.applies, runs))}
+    best = min(found, key=lambda name: found[name], default=None)
+    known = next((one.noise for one in entrants if one.name == best), None)
+    return known if known and found[str(best)] <= CHECK_ALLOWED * of_all(runs, floors(runs, known).values()) else None
 
 
 def _prediction(entrant: Entrant, one: Run, device: torch.device) -> Tensor:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
-from math import isclose
+from functools import cache
 from pathlib import Path
 from typing import Any, cast
 
@@ -15,6 +15,7 @@ from torch import Tensor
 
 from zoo.catalog import MODEL_FILE, load_members, load_ranges
 from zoo.cli.given_predictions import file_of
+from zoo.cli.known_noise import KnownNoise
 from zoo.cli.outcomes import FAILED
 from zoo.cli.saved_models import RESULTS, command_config, distinct_names, load_saved, model_folders, read_yaml, tops, was_made
 from zoo.cli.telling_settings import telling_words
@@ -23,16 +24,13 @@ from zoo.export.exported import load_exported
 from zoo.export.files import SCRIPT
 from zoo.export.narrowed import narrowed
 from zoo.measurements.predictions import read_prediction
-from zoo.measurements.recording import JITTER
 from zoo.measurements.run import OUTPUT, Run
 from zoo.models.base import Model
 from zoo.models.prediction import predict_blocks
 from zoo.models.ranges import Ranges
-from zoo.models.reach import beyond_ranges
-from zoo.scoring.noise import NoiseModel
+from zoo.models.reach import Reach
 from zoo.training.files import MEMBERS
 
-COMPLETE = "complete"
 NO_SETTINGS = ("seed", "seeds", "torch_device", "resume", "hydra", "data.check_files", "objective")
 """What a config says that makes no other method."""
 
@@ -49,7 +47,7 @@ class Entrant:
         settings: of its method, flat, such as ``model.hidden``; empty where they are not known.
         predict: (N,) predicted error of a run's blocks [output's unit].
         scripted: whether it is an exported file, of whose training not everything is known.
-        beyond: how far a run goes beyond what it was fitted to, see `zoo.models.reach.beyond`; nothing where that is not known.
+        beyond: how far a run goes beyond what it was fitted to, see `zoo.models.reach.Reach`; nothing where that is not known.
     """
 
     name: str
@@ -65,13 +63,10 @@ class Entrant:
         """The one that it predicts in; a run's own where that is not known."""
         return str(self.facts.get("unit", run.unit))
 
-    def noise(self, average_s: float) -> NoiseModel | None:
-        """Noise of means over so long [the unit it was fitted in], where it is known that the model leaves this and nothing else; else None.
-
-        Not from means of another length: white noise is read off their differences, which for longer ones flicker makes as well.
-        """
-        told, own = self.facts.get("noise"), self.facts.get("average_s") or 0.0
-        return NoiseModel(**told) if told and isclose(own, average_s, rel_tol=JITTER) and self.facts.get("verdict") == COMPLETE else None
+    @property
+    def noise(self) -> KnownNoise | None:
+        """Of the gyro, where it was refined until nothing else was left."""
+        return KnownNoise.read(self.facts)
 
 
 def find_entrants(runs: Sequence[str]) -> tuple[list[Entrant], list[str]]:
@@ -122,47 +117,50 @@ def _loaded(folder: Path, scripted: bool) -> list[Entrant]:
         module, metadata = load_exported(folder)
         kind, facts = f"{metadata.get('model') or 'exported'}_exported", _facts(metadata)
         settings, ranges = dict(_flat(metadata.get("settings") or {})), module.ranges
-        return [Entrant(kind, kind, folder, facts, settings, _predictor(module, folder), True, _extrapolation(module, folder, ranges))]
+        return [Entrant(kind, kind, folder, facts, settings, _predictor(module, folder, ranges), True, _extrapolation(module, ranges))]
     saved = load_saved(folder)
     idle = NO_SETTINGS if saved.facts.get("init") else (*NO_SETTINGS, "init")  # a fit by itself has no use for a start
     settings, ranges = _settings(folder, saved.facts, but=idle), load_ranges(folder)
-    one = Entrant(
-        saved.kind, saved.kind, folder, saved.facts, settings, _predictor(saved.module, folder), beyond=_extrapolation(saved.module, folder, ranges)
-    )
+    predict, beyond = _predictor(saved.module, folder, ranges), _extrapolation(saved.module, ranges)
+    one = Entrant(saved.kind, saved.kind, folder, saved.facts, settings, predict, beyond=beyond)
     if not (folder / MEMBERS).is_file():
         return [one]
     members = ((seed, cast(Model, module)) for seed, module in load_members(folder))
     told = saved.facts.get("members") or {}
     rms = dict(zip(told.get("seeds") or [], told.get("rms") or [], strict=False))
     own = ((saved.facts | {"seed": seed, "rms": rms.get(seed)}, module) for seed, module in members)
-    return [replace(one, facts=facts, predict=_predictor(module, folder)) for facts, module in own]
+    return [replace(one, facts=facts, predict=_predictor(module, folder, ranges)) for facts, module in own]
 
 
 def _facts(metadata: dict[str, Any]) -> dict[str, Any]:
     """What an exported file's metadata tell, as a training's metrics would."""
     trained = metadata.get("trained_on") or {}
-    told = {key: trained[key] for key in ("init", "optimizer", "seed", "average_s", "noise", "verdict") if key in trained}
+    told = {key: trained[key] for key in ("init", "optimizer", "seed", "average_s", "noise", "noise_floor_by_run", "verdict") if key in trained}
     unit = {key: metadata[key] for key in ("unit", "refuse_outside") if key in metadata}
     return unit | {"runs": [{"run": name} for name in trained.get("runs") or []]} | told
 
 
-def _predictor(module: Model, folder: Path) -> Callable[[Run, torch.device], Tensor]:
+def _predictor(module: Model, folder: Path, ranges: Ranges) -> Callable[[Run, torch.device], Tensor]:
     def predict(run: Run, device: torch.device) -> Tensor:
         try:
-            return predict_blocks(_taken_from(run, module, folder).to(device), run)
+            return predict_blocks((module if _has_all(run, module) else narrowed(module.cpu(), ranges)).to(device), run)
         except InputError as error:
             raise InputError(f"{folder}: {error}") from error
 
     return predict
 
 
-def _extrapolation(module: Model, folder: Path, ranges: Ranges) -> Callable[[Run], dict[str, Any]]:
-    return lambda run: beyond_ranges(_taken_from(run, module, folder), ranges, [run])
+def _extrapolation(module: Model, ranges: Ranges) -> Callable[[Run], dict[str, Any]]:
+    @cache
+    def reach(whole: bool) -> Reach:
+        return Reach(module if whole else narrowed(module.cpu(), ranges), ranges)
+
+    return lambda run: reach(_has_all(run, module)).beyond([run])
 
 
-def _taken_from(run: Run, module: Model, folder: Path) -> Model:
-    """The model; where a run lacks some of its columns, asked only for those that it uses."""
-    return module if {*module.inputs} <= {*run.columns, OUTPUT} else narrowed(module.cpu(), load_ranges(folder))
+def _has_all(run: Run, module: Model) -> bool:
+    """Whether a run has all of a model's columns; else it is asked only for those that the model uses."""
+    return {*module.inputs} <= {*run.columns, OUTPUT}
 
 
 def given_predictions(files: Mapping[str, list[Path]], runs: int, time: str | None, skip: bool) -> list[Entrant]:

@@ -28,8 +28,10 @@ from zoo.threads import threads_for
 from zoo.training.run import versions
 from zoo.units import symbol
 
-TOLD = ("init", "optimizer", "seed", "average_s", *("rms", "rms_check", "rms_uncompensated", "rms_check_uncompensated"))
-TOLD_OF_NOISE = ("noise_floor", "noise", "verdict")
+TOLD = (
+    *("init", "optimizer", "seed", "average_s", "rms", "rms_check", "rms_uncompensated", "rms_check_uncompensated"),
+    *("noise_floor", "noise_floor_by_run", "noise", "verdict"),
+)
 """What the metadata take from the result file of the training, where it has it."""
 
 
@@ -108,7 +110,7 @@ def _about(saved: SavedModel, runs: Sequence[Run]) -> dict[str, Any]:
             "runs": fitted_runs(facts),
             "sample_interval_s": _intervals(runs),
             "recorded_as": _recorded_as(runs),
-            **{key: facts.get(key, last.get(key)) for key in (*TOLD, *TOLD_OF_NOISE)},
+            **{key: facts.get(key, last.get(key)) for key in TOLD},
             # Of many seeds, the one that is kept.
             "seed": (facts.get("members") or facts).get("best_seed", facts.get("seed")),
             "versions": facts.get("versions"),

@@ -16,13 +16,14 @@ from zoo.cli.given_model import Subject
 from zoo.cli.next_commands import with_own_configs
 from zoo.cli.saved_models import physical_values
 from zoo.diagnosis.diagnose import Diagnosis, diagnose
-from zoo.diagnosis.refine import CHECK_ALLOWED, Refinement, refine
+from zoo.diagnosis.refine import Refinement, refine
 from zoo.diagnosis.regions import regions, runs_rms
 from zoo.diagnosis.solved import Solved
 from zoo.measurements.run import Run
 from zoo.models.base import Model
 from zoo.models.graybox import GrayBox
 from zoo.models.hybrid import Hybrid
+from zoo.scoring.noise import CHECK_ALLOWED
 from zoo.training.scores import residual_blocks, score_runs
 
 Progress = Callable[[str], None]

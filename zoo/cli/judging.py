@@ -13,15 +13,16 @@ import torch
 from torch import Generator, Tensor
 
 from zoo.cli.entrants import Entrant
+from zoo.cli.known_noise import KnownNoise, floors
 from zoo.cli.methods import Method
 from zoo.cli.saved_models import fitted_runs
 from zoo.diagnosis.regions import regions
-from zoo.fitting.noise import blocks_of, coloured, floor_of, floors_of, noise_of
+from zoo.fitting.noise import blocks_of, noise_of, of_all
 from zoo.measurements.run import HELD_OUT, Run
 from zoo.scoring.batches import ratio_interval, rms_interval
 from zoo.scoring.comparison import UNCOMPENSATED, WHOLE, alike
 from zoo.scoring.dependence import shares
-from zoo.scoring.noise import NoiseModel, effective_samples
+from zoo.scoring.noise import effective_samples
 from zoo.scoring.seeds import RANGE, contest, spread
 from zoo.scoring.stages import KINDS, local_rate, rms
 
@@ -41,14 +42,14 @@ class Scored:
         left: (N_r,) residuals by model, run by run, the uncompensated error among them [output's unit].
         rows: RMS by run and kind of stage, one column a model.
         holdout: share of each run that the held-out pieces are, where the runs are such.
-        like: noise of their blocks, of which the colour counts; None where only their white noise is known.
+        known: the gyro's noise; None where only the white noise of the runs is known.
     """
 
     runs: list[Run]
     left: list[dict[str, Tensor]]
     rows: list[dict[str, Any]]
     holdout: float = 0.0
-    like: NoiseModel | None = None
+    known: KnownNoise | None = None
 
     def of(self, model: str) -> list[Tensor]:
         """(N_r,) of each run [output's unit]."""
@@ -59,24 +60,19 @@ class Scored:
         return rms(torch.cat(self.of(model)))
 
     @cached_property
-    def floor(self) -> float:
-        """What a complete model would leave of the runs: their white noise, and flicker and random walk where these are known [output's unit]."""
-        return floor_of(self.runs, self.like)
-
-    @cached_property
     def floors(self) -> dict[str, float]:
-        """The same of each run, by name."""
-        return floors_of(self.runs, self.floor)
+        """What a complete model would leave of each run [output's unit]: its white noise, and flicker and random walk where the gyro's are known."""
+        return floors(self.runs, self.known)
 
     @cached_property
-    def noise(self) -> NoiseModel:
-        """What a complete model would leave of a usual block, of which `floor` is the RMS over all [output's unit]."""
-        return coloured(noise_of(self.runs).white, self.like)
+    def floor(self) -> float:
+        """The same of all runs together."""
+        return of_all(self.runs, self.floors.values())
 
     @cached_property
     def worth(self) -> float:
         """How many independent blocks all are worth if nothing but noise is left."""
-        return effective_samples(noise_of(self.runs) if self.like is None else self.noise, blocks_of(self.runs))
+        return effective_samples(self.known.noise if self.known else noise_of(self.runs), blocks_of(self.runs))
 
     @cached_property
     def quantities(self) -> dict[str, Tensor]:
@@ -117,7 +113,7 @@ def judge(methods: Sequence[Method], scored: Scored, generator: Generator) -> di
     return {
         "noise_floor": scored.floor,
         "noise_floors": scored.floors,
-        "noise": asdict(scored.noise),
+        "noise": None if scored.known is None else asdict(scored.known.noise),
         "methods": [_record(one, scored, generator) for one in judged],
         "pairs": [_pair(first, second, scored, generator) for first, second in pairs],
     }

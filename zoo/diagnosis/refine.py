@@ -17,16 +17,14 @@ from zoo.diagnosis.structure import Structure, examine
 from zoo.diagnosis.workbench import VARIED_REFERENCE, Workbench
 from zoo.effects.base import Effect
 from zoo.errors import InputError
-from zoo.fitting.noise import floor_of, floors_of
+from zoo.fitting.noise import floor_of, floors_of, of_all
 from zoo.measurements.recording import JITTER
 from zoo.measurements.run import Run
 from zoo.models.graybox import GrayBox
 from zoo.models.prediction import predict_blocks
 from zoo.models.reach import beyond
+from zoo.scoring.noise import CHECK_ALLOWED
 from zoo.threads import threads_for
-
-CHECK_ALLOWED = 1.5
-"""RMS over the noise floor beyond which a model is not complete, however like noise it is: on runs that were not fitted, or as it was given."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -132,7 +130,7 @@ def _record(bench: Workbench, solutions: list[Solved], structure: Structure, che
     ]
     floor = bench.noise_floor(solutions[-1]) if structure.is_noise else bench.mixtures.white
     noise = solutions[-1].likely.noise if structure.is_noise else None
-    floor_check = floor_of(check_runs, noise) if check_runs else None
+    floor_check = of_all(check_runs, [floor_of(run, noise) for run in check_runs]) if check_runs else None
     borne_out = floor_check is None or (ladder[-1]["rms_check"] or 0.0) <= CHECK_ALLOWED * floor_check
     return {
         "schema_version": 1,

@@ -15,7 +15,7 @@ from zoo.errors import InputError
 from zoo.export.files import METADATA, SCRIPT
 from zoo.models.base import Model
 from zoo.models.features import Features
-from zoo.models.ranges import Ranges, checked
+from zoo.models.ranges import TIME, Ranges, checked
 
 
 class ExportedModel(Model):
@@ -24,7 +24,7 @@ class ExportedModel(Model):
     Attributes:
         script: what was in the file.
         ranges: within which it was fitted, by raw column, rate and lag.
-        watched: the rates and lags among these; None where there are none.
+        watched: the rates and lags among these, and the time where it counts; None where there are none.
     """
 
     def __init__(self, script: torch.nn.Module, inputs: list[str], ranges: Ranges) -> None:
@@ -32,7 +32,7 @@ class ExportedModel(Model):
         self.script = script
         self.inputs = inputs
         self.ranges = ranges
-        made, stream = [name for name in ranges if name not in inputs], getattr(script, "stream", None)
+        made, stream = [name for name in ranges if name not in inputs or name == TIME], getattr(script, "stream", None)
         smoothed = [] if stream is None else [tau for tau, is_rate in zip(stream.tau, stream.is_rate, strict=True) if is_rate]
         self.watched = Features(made, *smoothed[:1]) if made else None
 
@@ -58,7 +58,7 @@ def load_exported(folder: Path) -> tuple[ExportedModel, dict[str, Any]]:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore", DeprecationWarning)  # TorchScript as a whole is deprecated
             file = (folder / SCRIPT).read_bytes()
-            script = torch.jit.load(io.BytesIO(file), map_location="cpu").eval()
+            model = ExportedModel(torch.jit.load(io.BytesIO(file), map_location="cpu").eval(), inputs, ranges)
     except OSError as error:
         raise InputError(f"{folder}: no exported model here ({error.strerror}: {METADATA}); {SCRIPT} and {METADATA} are needed") from error
     except (ValueError, KeyError, TypeError, RuntimeError, AttributeError, InputError) as error:
@@ -66,4 +66,4 @@ def load_exported(folder: Path) -> tuple[ExportedModel, dict[str, Any]]:
     told = (facts.get("files") or {}).get(SCRIPT, {}).get("sha256")
     if told not in (None, hashlib.sha256(file).hexdigest()):
         raise InputError(f"{folder}: {SCRIPT} is not the file that {METADATA} tells of; export the model again")
-    return ExportedModel(script, inputs, ranges), facts
+    return model, facts

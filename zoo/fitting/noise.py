@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterable
 
 import torch
 
@@ -67,21 +68,22 @@ def floors_of(runs: list[Run], floor: float) -> dict[str, float]:
     return {run.name: floor * level / mean for run, level in zip(runs, levels, strict=True)}
 
 
-def floor_of(runs: list[Run], like: NoiseModel | None = None) -> float:
-    """RMS of the block means that complete predictions of some runs would leave [unit]: their own white noise, with the colour of another.
+def floor_of(run: Run, like: NoiseModel | None = None) -> float:
+    """RMS of the block means that complete predictions of a run would leave [unit]: its own white noise, and the colour of another's.
 
     Args:
-        runs: R runs, not those that the other noise was fitted to, or else what the fit took up of it is not in here.
-        like: noise of means over blocks as long; None for white alone.
+        run: one that was not fitted: of a fitted one the fit takes up some of the slow noise.
+        like: noise of means over blocks as long, in any unit; None for white alone.
     """
-    noise = coloured(noise_of(runs).white, like)
-    variance = torch.cat([noise.covariance(piece).diagonal() for blocks in blocks_of(runs) for piece in blocks.pieces])
-    return float(variance.mean().sqrt())
+    white = noise_of([run]).white
+    noise = NoiseModel(white, 0.0) if like is None else like.scaled(white / like.white)
+    return float(noise.variance(blocks_of([run])[0]).mean().sqrt())
 
 
-def coloured(white: float, like: NoiseModel | None) -> NoiseModel:
-    """White noise of this RMS [unit], and flicker and random walk as large beside it as in another, of any unit; None for white alone."""
-    return NoiseModel(white, 0.0) if like is None else NoiseModel(white, white / like.white * like.flicker, white / like.white * like.walk)
+def of_all(runs: list[Run], floors: Iterable[float]) -> float:
+    """The noise floor of some runs together [unit], from that of each."""
+    total = sum(run.blocks for run in runs)
+    return math.sqrt(sum(run.blocks * floor**2 for run, floor in zip(runs, floors, strict=True)) / total)
 
 
 def _level(run: Run) -> float:

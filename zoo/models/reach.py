@@ -24,20 +24,28 @@ def beyond(model: Model, fitted: Sequence[Run], others: Sequence[Run]) -> dict[s
     Returns:
         ``{"fitted": [low, high], "reached": [low, high], "share": of the rows}`` by raw column that decides something, and by feature made of one.
     """
-    return beyond_ranges(model, fitted_ranges(model, fitted), others) if others else {}
+    return Reach(model, fitted_ranges(model, fitted)).beyond(others) if others else {}
 
 
-def beyond_ranges(model: Model, ranges: Ranges, runs: Sequence[Run]) -> dict[str, dict[str, object]]:
-    """The same of a model of which it is kept within which values it was fitted.
+class Reach:
+    """Within which values a model is at home."""
 
-    Args:
-        model: whose `inputs` are asked for.
-        ranges: by raw column, rate and lag; what has none is not told.
-        runs: that are only predicted.
-    """
-    told, found = Watched(model).of([TIME, *deciding_inputs(model, ranges)]), {}
-    for name, values in watched_values(model, runs).items():
-        share = float(outside(values.unsqueeze(1), [name], ranges).double().mean())
-        if name in told and share > SELDOM:
-            found[name] = {"fitted": list(ranges[name]), "reached": [float(values.min()), float(values.max())], "share": share}
-    return found
+    def __init__(self, model: Model, ranges: Ranges) -> None:
+        """Find what decides, see `deciding_inputs`.
+
+        Args:
+            model: whose `inputs` are asked for.
+            ranges: within which it was fitted, by raw column, rate and lag; what has none is nowhere outside.
+        """
+        self.model = model
+        self.ranges = ranges
+        self._told = [name for name in Watched(model).of([TIME, *deciding_inputs(model, ranges)]) if name in ranges] if ranges else []
+
+    def beyond(self, runs: Sequence[Run]) -> dict[str, dict[str, object]]:
+        """How far some runs go beyond that, see the function of this name."""
+        found = {}
+        for name, values in watched_values(self.model, runs).items() if self._told else ():
+            share = float(outside(values.unsqueeze(1), [name], self.ranges).double().mean())
+            if name in self._told and share > SELDOM:
+                found[name] = {"fitted": list(self.ranges[name]), "reached": [float(values.min()), float(values.max())], "share": share}
+        return found

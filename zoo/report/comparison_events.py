@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 from zoo.report.canvas import write_png
 from zoo.report.comparison_page import scale_of, seeds_drawn, stages_drawn
+from zoo.report.comparison_words import notes
 from zoo.report.palette import styled
 from zoo.report.run_figure import Curves, run_figure
 from zoo.report.tensorboard import add_image
@@ -53,4 +54,4 @@ def _add_trials(board: SummaryWriter, document: dict[str, Any]) -> None:
         known = {key: str(of[key]) for key in HYPERPARAMETERS if of.get(key) is not None}
         numbers = {"rms/median": one["rms"]["median"], "rms/low": one["rms"]["low"], "rms/high": one["rms"]["high"], "rms/times_floor": one["excess"]}
         board.add_hparams({"method": one["name"], "seeds": one["distinct"]} | known, numbers, run_name=f"methods/{one['name'].replace('/', '_')}")
-    board.add_text("comparison", "\n\n".join([f"**{document['statement']}**", *(pair["statement"] for pair in document["pairs"])]))
+    board.add_text("comparison", "\n\n".join([f"**{document['statement']}**", *(pair["statement"] for pair in document["pairs"]), *notes(document)]))

@@ -6,6 +6,7 @@ from typing import Any
 
 from zoo.report.floors import WORTH_TELLING
 from zoo.report.wording import Scale, fixed, joined, percent, reached_beyond, times
+from zoo.scoring.noise import CHECK_ALLOWED
 from zoo.scoring.seeds import ENOUGH
 
 Record = dict[str, Any]
@@ -184,7 +185,7 @@ def _who(names: list[str], document: Record) -> str:
 
 def whole_noise(document: Record) -> bool:
     """Whether the noise floor is all of the gyro's noise, as a refinement has found it, or its white noise alone."""
-    return document["noise"]["flicker"] > 0 or document["noise"]["walk"] > 0
+    return document["noise"] is not None
 
 
 def fitted_note(document: Record) -> str | None:
@@ -211,6 +212,8 @@ def distance(method: Record, scale: Scale, whole: bool) -> str:
     what = f"{method['name']} leaves {scale.full(method['rms']['median'])} and removes {removed} of the error"
     if excess <= WORTH_TELLING:
         return f"{what}: what is left is noise ({times(excess)} the floor)."
+    if whole and excess <= CHECK_ALLOWED:
+        return f"{what}: what is left may be noise ({times(excess)} the floor)."
     if whole:
         return f"{what}: {times(excess)} the noise floor, so there is more to explain: fogzoo diagnose tells what."
     return f"{what}: {times(excess)} the white noise. The rest is flicker and random walk, or something to explain: fogzoo diagnose tells which."

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -81,12 +81,21 @@ def worse_than_none(left: float | None, before: float) -> str:
 
 
 def reached_beyond(found: Mapping[str, Any]) -> str:
-    """Which columns go beyond what was fitted, as `zoo.models.ranges.beyond` found, and how far."""
+    """Which columns go beyond what was fitted, as `zoo.models.reach.beyond` found, and how far."""
     said = []
     for name, one in found.items():
-        reached, fitted = (" … ".join(significant(value) for value in one.get(key) or []) for key in ("reached", "fitted"))
+        reached, fitted = _told_apart(one.get("reached") or [], one.get("fitted") or [])
         said.append(f"{name} is {reached} there, {fitted} in the fitted runs")
     return "; ".join(said)
+
+
+def _told_apart(reached: Sequence[float], fitted: Sequence[float]) -> tuple[str, str]:
+    """Two ranges, with as many digits as it takes to see that they differ: a pressure changes in its fourth."""
+    for digits in range(3, 7):
+        words = [[significant(value, digits) for value in values] for values in (reached, fitted)]
+        if words[0] != words[1]:
+            break
+    return " … ".join(words[0]), " … ".join(words[1])
 
 
 def unit_symbol(unit: Any) -> str:

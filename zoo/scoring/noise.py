@@ -19,6 +19,8 @@ SAME_TIMES = 1e-9
 """Share of a block by which the times of blocks may differ that were recorded alike: means are rounded."""
 FEW, MOSTLY_FILLED = 64, 0.7
 """Number of columns below which, and share with anything in them above which sorting them out costs more than it saves."""
+CHECK_ALLOWED = 1.5
+"""RMS over the noise floor beyond which a model is not complete, however like noise it is: on runs that were not fitted, or as it was given."""
 NORMAL = NormalDist()
 
 
@@ -62,11 +64,15 @@ class Blocks:
         """(N,) variance of the means of white noise that has variance 1 in a usual block."""
         return 1.0 / self.share.clamp_min(1e-3)
 
+    @property
+    def hours(self) -> Tensor:
+        """(N,) since the run's start, which is the variance of a random walk with K = 1 per √h."""
+        return (self.time - (self.time[0] if self.begin is None else self.begin)) / 3600.0
+
     @cached_property
     def walk(self) -> Tensor:
         """(N, N) covariance of a random walk from the run's start with K = 1 per √h."""
-        hours = (self.time - (self.time[0] if self.begin is None else self.begin)) / 3600.0
-        return torch.minimum(hours.unsqueeze(0), hours.unsqueeze(1))
+        return torch.minimum(self.hours.unsqueeze(0), self.hours.unsqueeze(1))
 
     @cached_property
     def flicker(self) -> Tensor:
@@ -75,12 +81,20 @@ class Blocks:
         A chain of first-order Markov processes whose time constants grow by a factor q = 4, each of variance ln(q)/π (the sum's spectrum is 1/(πf)
         within the chain; Kasdin 1995, Proc. IEEE 83:802).
         """
-        delay = (self.time.unsqueeze(0) - self.time.unsqueeze(1)).abs()
+        return self._flicker((self.time.unsqueeze(0) - self.time.unsqueeze(1)).abs())
+
+    def _flicker(self, delay: Tensor) -> Tensor:
+        """The same covariance for any distances [s] of the blocks' centres."""
         matrix = torch.zeros_like(delay)
         block, taus = self._chain
         for tau in taus:
             matrix += math.log(CHAIN_RATIO) / math.pi * _of_means(delay, block, tau)
         return matrix
+
+    @property
+    def flickering(self) -> Tensor:
+        """(N,) variance of the means of flicker noise with B = 1: the diagonal of its covariance, without the rest."""
+        return self._flicker(torch.zeros_like(self.time))
 
     @cached_property
     def _chain(self) -> tuple[float, tuple[float, ...]]:
@@ -107,6 +121,14 @@ class NoiseModel:
     white: float
     flicker: float
     walk: float = 0.0
+
+    def scaled(self, factor: float) -> NoiseModel:
+        """The same mixture, so many times as loud."""
+        return NoiseModel(factor * self.white, factor * self.flicker, factor * self.walk)
+
+    def variance(self, blocks: Blocks) -> Tensor:
+        """(N,) of the block means of one run [unit²], however long."""
+        return self.white**2 * blocks.white + self.walk**2 * blocks.hours + self.flicker**2 * blocks.flickering
 
     def covariance(self, blocks: Blocks) -> Tensor:
         """(N, N) covariance of the block means of one run [unit²]."""
