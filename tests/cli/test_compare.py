@@ -151,6 +151,33 @@ def test_the_noise_floor_is_all_of_the_noise_where_a_refinement_has_found_it(fli
     assert white["noise_floor"] < 0.9 * document["noise_floor"]
 
 
+def test_a_louder_run_has_more_white_noise_and_the_gyros_own_flicker(flickering, tmp_path) -> None:
+    loud = pd.read_csv(flickering / "check.csv")
+    loud["rate_dph"] += 0.1 * np.random.default_rng(1).normal(size=len(loud))
+    loud.to_csv(tmp_path / "loud.csv", index=False)
+    found = [
+        compare(tmp_path / "out", f"runs=[{flickering / 'refined'}]", f"data.files=[{path}]")
+        for path in (flickering / "check.csv", tmp_path / "loud.csv")
+    ]
+    quiet, louder = (one["noise_floor"] ** 2 for one in found)
+    assert louder - quiet == pytest.approx(0.1**2 / 2, rel=0.2)  # means of two rows
+
+
+def test_another_gyros_run_of_the_same_name_was_not_fitted(flickering, tmp_path) -> None:
+    other = pd.read_csv(flickering / "a.csv")
+    other["rate_dph"] *= 1.3
+    other.to_csv(tmp_path / "a.csv", index=False)
+    for path, fitted in ((flickering / "a.csv", ["a"]), (tmp_path / "a.csv", [])):
+        document = compare(tmp_path / "out", f"runs=[{flickering / 'refined'}]", f"data.files=[{path}]")
+        assert document["methods"][0]["fitted_runs"] == fitted
+
+
+def test_a_run_too_short_to_judge_is_refused(recordings, sweep, tmp_path, capsys) -> None:
+    pd.read_csv(recordings / "check.csv").head(15).to_csv(tmp_path / "five.csv", index=False)
+    assert run("compare", f"runs=[{sweep / 'line'}]", f"data.files=[{tmp_path / 'five.csv'}]", "data.average_s=100", f"hydra.run.dir={tmp_path}") == 2
+    assert "five: 3 means of 100 s are too few to tell noise from anything (4 at least)" in capsys.readouterr().err
+
+
 def test_runs_of_unequal_noise_have_floors_of_their_own(recordings, sweep, tmp_path) -> None:
     """The second has five times the noise, which a filter has smoothed within each block."""
     chance = torch.Generator().manual_seed(2)

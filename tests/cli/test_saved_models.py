@@ -7,7 +7,7 @@ from typing import Any
 
 import pytest
 
-from zoo.cli.saved_models import SavedModel, distinct_names, fitted_runs, load_saved, physical_values
+from zoo.cli.saved_models import SavedModel, distinct_names, fitted_runs, load_saved, physical_values, uncompensated_rms
 from zoo.errors import InputError
 
 
@@ -47,6 +47,9 @@ def test_what_train_and_refine_tell_is_read_alike() -> None:
     trained = {"runs": [{"run": "run_1", "rms": 0.1}, {"run": "run_2", "rms": 0.2}], "parameters": 37}
     refined = {"runs": ["run_1", "run_2"], "parameters": {"mohr": {"coefficient": {"value": 0.1}}}}
     assert fitted_runs(trained) == fitted_runs(refined) == ["run_1", "run_2"]
+    assert uncompensated_rms(trained | {"runs": [{"run": "run_1", "uncompensated": 0.2}]}) == {"run_1": 0.2}
+    assert uncompensated_rms(refined | {"uncompensated_by_run": {"run_1": 0.2}}) == {"run_1": 0.2}
+    assert uncompensated_rms(trained) == {}
     assert physical_values(trained) is None, "a count of weights is no value of an effect"
     assert physical_values(trained | {"physical": refined["parameters"]}) == physical_values(refined) == refined["parameters"]
 

@@ -87,6 +87,18 @@ def test_what_another_result_may_come_of_is_done_again(changed, monkeypatch) -> 
     assert all(stamp != before[job] for job, stamp in stamps().items())
 
 
+def test_what_another_sweep_has_left_in_the_folder_is_told(capsys) -> None:
+    assert train("model=polynomial", "model.order=1,2,3") == 0
+    assert "earlier sweep" not in capsys.readouterr().err
+    assert train("model=polynomial", "model.order=1,3") == 0  # 1 again, 3 in the place of 2, and what is left of the three
+    told = " ".join(capsys.readouterr().err.split())
+    assert "1 job of an earlier sweep in this folder was replaced, such as 1 (data.files=[a.csv]" in told
+    assert "model.order=2)" in told
+    assert "1 job of an earlier sweep was left in this folder, such as 2: compare takes them as well" in told
+    assert train("model=polynomial", "model.order=1,3") == 0
+    assert "replaced" not in capsys.readouterr().err
+
+
 def test_a_command_alone_is_done_as_often_as_it_is_typed() -> None:
     for _ in range(2):
         before = stamps()

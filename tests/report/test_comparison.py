@@ -13,7 +13,7 @@ from rich.console import Console
 from zoo.report.comparison_figure import COLORS, OTHERS, colors_of
 from zoo.report.comparison_page import scale_of, seeds_drawn, stage_rows, stages_drawn, write_comparison
 from zoo.report.comparison_table import print_comparison
-from zoo.report.comparison_words import distance, extrapolations, goes_with, headline, leaders, sentences, statement
+from zoo.report.comparison_words import distance, extrapolations, goes_with, headline, leaders, sentences, statement, useless
 from zoo.report.palette import MEASURED, styled
 from zoo.report.run_figure import Curves, halves, run_figure
 
@@ -260,6 +260,20 @@ def test_what_extrapolates_is_said_once_for_all_that_do_so_alike() -> None:
         one["beyond"] = {"check": far}
     assert extrapolations(of) == [f"Extrapolated by every model: {told}"]
     assert extrapolations(of)[0] in sentences(of, scale_of(of))
+
+
+def test_who_is_worse_than_no_compensation_is_said() -> None:
+    of = document(5)
+    assert useless(of) == []
+    of["rms"]["uncompensated"] = 3.0
+    told = "Worse than no compensation: a_network_called_3 and a_network_called_4, with 1.0× and 1.4× the uncompensated RMS."
+    assert useless(of) == [told]
+    assert told in sentences(of, scale_of(of))
+    of["rms"]["uncompensated"] = 1.0
+    assert useless(of) == ["Worse than no compensation: 4 of the models, with more than the uncompensated RMS."]
+    of["rms"]["uncompensated"] = 0.1
+    assert useless(of) == []  # the headline says so
+    assert headline(of) == "No compensation is better than all of them"
 
 
 def test_runs_that_were_fitted_are_no_judges() -> None:

@@ -25,7 +25,7 @@ from zoo.given import check_seed
 from zoo.measurements.run import Run
 from zoo.models.prediction import usable_device
 from zoo.scoring.comparison import UNCOMPENSATED, residuals, rms_by_kind, rms_by_stage
-from zoo.scoring.noise import CHECK_ALLOWED
+from zoo.scoring.noise import CHECK_ALLOWED, DIFFERENCED
 from zoo.scoring.stages import Stage, bias_stability, label_stages, rms
 from zoo.threads import threads_for
 from zoo.units import convert, symbol
@@ -69,7 +69,12 @@ def _judged(config: DictConfig) -> list[Run]:
     """The runs; under settings that keep pieces of them from a fit, those pieces and the check runs alone, as the rest is what was fitted."""
     runs, check_runs = read_data(config)
     apart = config.data.get("holdout", 0.0) > 0 or (config.data.points is not None and config.data.points.get("checked", 0) > 0)
-    return check_runs if apart else [*runs, *check_runs]
+    judged = check_runs if apart else [*runs, *check_runs]
+    short = next((one for one in judged if one.blocks <= DIFFERENCED), None)
+    if short is not None:
+        few = f"{short.name}: {short.blocks} means of {short.average_s:g} s are too few to tell noise from anything ({DIFFERENCED + 1} at least)"
+        raise InputError(f"{few}; leave it out, or give a shorter data.average_s")
+    return judged
 
 
 def _plain(value: Any) -> Any:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cache
+from math import isclose
 from pathlib import Path
 from typing import Any, cast
 
@@ -17,20 +18,37 @@ from zoo.catalog import MODEL_FILE, load_members, load_ranges
 from zoo.cli.given_predictions import file_of
 from zoo.cli.known_noise import KnownNoise
 from zoo.cli.outcomes import FAILED
-from zoo.cli.saved_models import RESULTS, command_config, distinct_names, load_saved, model_folders, read_yaml, tops, was_made
+from zoo.cli.saved_models import (
+    RESULTS,
+    command_config,
+    distinct_names,
+    fitted_runs,
+    load_saved,
+    model_folders,
+    read_yaml,
+    tops,
+    uncompensated_rms,
+    was_made,
+)
 from zoo.cli.telling_settings import telling_words
 from zoo.errors import InputError, causes, in_brief
 from zoo.export.exported import load_exported
 from zoo.export.files import SCRIPT
 from zoo.export.narrowed import narrowed
 from zoo.measurements.predictions import read_prediction
-from zoo.measurements.run import OUTPUT, Run
+from zoo.measurements.recording import JITTER
+from zoo.measurements.run import HELD_OUT, OUTPUT, Run
 from zoo.models.base import Model
 from zoo.models.prediction import predict_blocks
 from zoo.models.ranges import Ranges
 from zoo.models.reach import Reach
 from zoo.training.files import MEMBERS
+from zoo.units import convert
 
+WHOLE = {"holdout": "0", "points.where": "None", "points.fitted": "None", "points.checked": "0"}
+"""Settings of the data under which a fit saw all of its runs."""
+SAME_ERROR = 0.05
+"""Share by which the RMS of a run's error may differ from that of the fitted run of its name: outliers are taken out of some."""
 NO_SETTINGS = ("seed", "seeds", "torch_device", "resume", "hydra", "data.check_files", "objective")
 """What a config says that makes no other method."""
 
@@ -63,10 +81,21 @@ class Entrant:
         """The one that it predicts in; a run's own where that is not known."""
         return str(self.facts.get("unit", run.unit))
 
+    def fitted(self, run: Run) -> bool:
+        """Whether the model was fitted to a run or to a part of it, to go by its name and, where means are as long, by the size of its error."""
+        if (name := run.name.removesuffix(HELD_OUT)) not in fitted_runs(self.facts):
+            return False
+        known, own = uncompensated_rms(self.facts).get(name), self.facts.get("average_s") or 0.0
+        parts = any(self.settings.get(f"data.{key}", whole) != whole for key, whole in WHOLE.items())
+        if known is None or parts or run.name.endswith(HELD_OUT) or not isclose(own, run.average_s, rel_tol=JITTER):
+            return True
+        here = float(run.block_mean(run.error).square().mean().sqrt())
+        return isclose(convert(here, run.unit, self.unit(run)), known, rel_tol=SAME_ERROR)
+
     @property
     def noise(self) -> KnownNoise | None:
         """Of the gyro, where it was refined until nothing else was left."""
-        return KnownNoise.read(self.facts)
+        return KnownNoise.read(self.facts, self.fitted)
 
 
 def find_entrants(runs: Sequence[str]) -> tuple[list[Entrant], list[str]]:
@@ -135,7 +164,8 @@ def _loaded(folder: Path, scripted: bool) -> list[Entrant]:
 def _facts(metadata: dict[str, Any]) -> dict[str, Any]:
     """What an exported file's metadata tell, as a training's metrics would."""
     trained = metadata.get("trained_on") or {}
-    told = {key: trained[key] for key in ("init", "optimizer", "seed", "average_s", "noise", "noise_floor_by_run", "verdict") if key in trained}
+    kept = ("init", "optimizer", "seed", "average_s", "noise", "noise_floor_by_run", "verdict")
+    told = {key: trained[key] for key in kept if key in trained}
     unit = {key: metadata[key] for key in ("unit", "refuse_outside") if key in metadata}
     return unit | {"runs": [{"run": name} for name in trained.get("runs") or []]} | told
 

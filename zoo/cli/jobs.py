@@ -16,7 +16,7 @@ from omegaconf import DictConfig
 from zoo.artifacts import writable_folder, write_text
 from zoo.cli.alone import alone_in
 from zoo.cli.closed_pipe import CLOSED_PIPE
-from zoo.cli.outcomes import FAILED, SINGLE, Outcome, finished_before, made_from, started_by
+from zoo.cli.outcomes import FAILED, SINGLE, Outcome, finished_before, made_from, replaced_by, started_by
 from zoo.errors import InputError, WorkError, causes
 from zoo.processes import end_with_parent
 
@@ -86,7 +86,7 @@ class Job:
         repeatable = self._verb in REPEATABLE
         new = Outcome(self._sweep, self.overrides, made_from(self._config) if repeatable else "")
         old = finished_before(folder, new) if repeatable and self._sweep != SINGLE else None
-        self._outcome = (old or new).write(folder)
+        self._outcome = (old or replace(new, replaced=replaced_by(folder, new))).write(folder)
         if old is not None:
             self.result = Path(str(old.result))
             print(f"{folder}: finished by an earlier sweep, with the same settings; remove the folder to have it done again")

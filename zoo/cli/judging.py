@@ -15,7 +15,6 @@ from torch import Generator, Tensor
 from zoo.cli.entrants import Entrant
 from zoo.cli.known_noise import KnownNoise, floors
 from zoo.cli.methods import Method
-from zoo.cli.saved_models import fitted_runs
 from zoo.diagnosis.regions import regions
 from zoo.fitting.noise import blocks_of, noise_of, of_all
 from zoo.measurements.run import HELD_OUT, Run
@@ -155,14 +154,14 @@ def _record(one: _Judged, scored: Scored, generator: Generator) -> dict[str, Any
         "where": regions(scored.runs, torch.cat(left), scored.floors)[:WORST_SHOWN],
         "goes_with": shares(torch.cat(left).cpu(), scored.quantities),
         "beyond": {run.name: found for run in scored.runs if (found := typical.beyond(run.in_unit(typical.unit(run))))},
-        "fitted_runs": [run.name for run in scored.runs if _was_fitted(members[0], run.name, scored.holdout)],
+        "fitted_runs": [run.name for run in scored.runs if _was_fitted(members[0], run, scored.holdout)],
     }
 
 
-def _was_fitted(member: Entrant, run: str, holdout: float) -> bool:
-    """Whether a model was fitted to a run, to go by the name; of one fitted to other pieces of it, or to all of it, to held-out pieces as well."""
+def _was_fitted(member: Entrant, run: Run, holdout: float) -> bool:
+    """Whether a model was fitted to a run, see `Entrant.fitted`; of one fitted to other pieces of it, or to all of it, to held-out pieces as well."""
     kept = float(member.settings.get("data.holdout", holdout))
-    return run.removesuffix(HELD_OUT) in fitted_runs(member.facts) and (not run.endswith(HELD_OUT) or kept != holdout)
+    return member.fitted(run) and (not run.name.endswith(HELD_OUT) or kept != holdout)
 
 
 def _row(row: dict[str, Any], names: list[str], scored: Scored) -> dict[str, Any]:

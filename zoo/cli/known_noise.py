@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from math import isclose
 from typing import Any, Self
@@ -23,36 +23,39 @@ class KnownNoise:
 
     Attributes:
         noise: of block means [unit].
-        fitted: what the fit has left of it in each run that it was fitted to, by name [unit].
+        left: what the fit has left of it in each run that it was fitted to, by name [unit].
+        fitted: whether a run is one of these.
         unit: of these.
         average_s: length of the blocks.
     """
 
     noise: NoiseModel
-    fitted: Mapping[str, float]
+    left: Mapping[str, float]
+    fitted: Callable[[Run], bool]
     unit: str
     average_s: float
 
     @classmethod
-    def read(cls, facts: Mapping[str, Any]) -> Self | None:
+    def read(cls, facts: Mapping[str, Any], fitted: Callable[[Run], bool]) -> Self | None:
         """From what a refinement has written down; None where it has not, or has found its model not to be complete.
 
         Args:
             facts: of `refinement.json`, or of an exported file's training.
+            fitted: whether the model was fitted to a run.
         """
         if facts.get("verdict") != COMPLETE or not all(facts.get(key) for key in WRITTEN):
             return None
-        noise, fitted, unit, average_s = (facts[key] for key in WRITTEN)
-        return cls(NoiseModel(**noise), fitted, unit, average_s)
+        noise, left, unit, average_s = (facts[key] for key in WRITTEN)
+        return cls(NoiseModel(**noise), left, fitted, unit, average_s)
 
     def applies(self, run: Run) -> bool:
         """Whether a run's blocks are as long: white noise is read off their differences, which in longer ones flicker makes as well."""
         return isclose(run.average_s, self.average_s, rel_tol=JITTER)
 
     def floor(self, run: Run) -> float:
-        """What a complete model leaves of a run [its unit]: as noisy as its differences tell, and coloured as this noise."""
-        fitted = self.fitted.get(run.name.removesuffix(HELD_OUT))
-        return floor_of(run, self.noise) if fitted is None else convert(fitted, self.unit, run.unit)
+        """What a complete model leaves of a run [its unit], see `floor_of`; less what the fit has taken up of one that was fitted."""
+        times, left = convert(1.0, self.unit, run.unit), self.left.get(run.name.removesuffix(HELD_OUT))
+        return floor_of(run, self.noise.scaled(times)) if left is None or not self.fitted(run) else times * left
 
 
 def floors(runs: list[Run], known: KnownNoise | None) -> dict[str, float]:

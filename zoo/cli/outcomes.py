@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import os
 import secrets
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from typing import Any, cast
@@ -46,6 +46,7 @@ class Outcome:
         message: why it failed.
         result: its main result.
         again: whether an earlier job had done it.
+        replaced: the settings, as typed, of another job that had come to an end in the folder; None where there was none.
     """
 
     sweep: str
@@ -55,6 +56,7 @@ class Outcome:
     message: str = ""
     result: str | None = None
     again: bool = False
+    replaced: Sequence[str] | None = None
 
     def write(self, folder: Path) -> Outcome:
         """Put it into the job's folder."""
@@ -77,9 +79,24 @@ def read_outcomes(sweep_folder: Path, sweep: str) -> dict[Path, Outcome]:
         sweep_folder: where they lie; those of earlier sweeps may lie there too.
         sweep: its name.
     """
-    folders = sorted((found.parent.parent for found in sweep_folder.rglob(RECORD)), key=lambda one: (len(one.name), str(one)))
-    found = {folder: read_outcome(folder) for folder in folders}
-    return {folder: one for folder, one in found.items() if one is not None and one.sweep == sweep}
+    return {folder: one for folder, one in _records(sweep_folder) if one.sweep == sweep}
+
+
+def left_by_others(sweep_folder: Path, sweep: str) -> list[Path]:
+    """Folders of jobs that have come to an end in other sweeps, below a sweep's folder.
+
+    Args:
+        sweep_folder: where they lie.
+        sweep: the name of the one.
+    """
+    return [folder for folder, one in _records(sweep_folder) if one.sweep != sweep and one.code == 0]
+
+
+def _records(sweep_folder: Path) -> Iterator[tuple[Path, Outcome]]:
+    """All that can be read below a folder, in the order of the jobs' numbers."""
+    for folder in sorted((found.parent.parent for found in sweep_folder.rglob(RECORD)), key=lambda one: (len(one.name), str(one))):
+        if (found := read_outcome(folder)) is not None:
+            yield folder, found
 
 
 def finished_before(folder: Path, new: Outcome) -> Outcome | None:
@@ -93,6 +110,12 @@ def finished_before(folder: Path, new: Outcome) -> Outcome | None:
     if old is None or old.code != 0 or old.made_from != new.made_from or old.result is None or not Path(old.result).is_file():
         return None
     return replace(new, code=0, result=old.result, again=True)
+
+
+def replaced_by(folder: Path, new: Outcome) -> Sequence[str] | None:
+    """The settings of a job that has come to an end in a folder where one with others is about to begin; None where there is none."""
+    old = read_outcome(folder)
+    return None if old is None or old.code != 0 or list(old.overrides) == list(new.overrides) else old.overrides
 
 
 def made_from(config: DictConfig, but: Sequence[str] = ("hydra", "objective")) -> str:

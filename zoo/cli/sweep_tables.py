@@ -12,6 +12,7 @@ from omegaconf import DictConfig
 from rich.console import Console
 from rich.markup import escape
 from rich.table import Table
+from rich.text import Text
 
 from zoo.artifacts import write_text
 from zoo.cli.closed_pipe import CLOSED_PIPE
@@ -47,7 +48,7 @@ def tell_results(config: DictConfig, folder: Path, outcomes: Mapping[Path, Outco
     table = sweep_table([_of_use(_settings(one), found, kept) for one, found in zip(done, metrics, strict=True)], metrics)
     path = write_text(folder / FILE, str(table.to_csv(index=False, float_format="%.6g", lineterminator="\n")))
     again = sum(one.again for one in done)
-    _print(table, f"{len(done)} jobs{f' ({again} done before)' if again else ''}: RMS, median [90 % range]")
+    _print(table, f"{_jobs(len(done))}{f' ({again} done before)' if again else ''}: RMS, median [90 % range]")
     data = settled_data(config)
     if data is not None:
         print(f"compare by run and stage:\n  {compare_command(folder, data)}")
@@ -140,6 +141,36 @@ def tell_failed(outcomes: Mapping[Path, Outcome]) -> None:
     console.print(table)
     if len(failed) > MOST:
         console.print(f"and {len(failed) - MOST} more; {FAILED} in the folder of each says why", highlight=False)
+
+
+def tell_mixed(outcomes: Mapping[Path, Outcome], others: Sequence[Path]) -> None:
+    """Print what the sweep has replaced of an earlier one in its folder, and what of that lies there still.
+
+    Args:
+        outcomes: of its own jobs, by folder.
+        others: folders of the earlier ones' finished jobs.
+    """
+    replaced = {folder: one.replaced for folder, one in outcomes.items() if one.replaced is not None}
+    told = []
+    if replaced:
+        folder, settings = next(iter(replaced.items()))
+        told.append(
+            f"{_jobs(len(replaced))} of an earlier sweep in this folder {_were(len(replaced))} replaced, such as {folder.name} ({' '.join(settings)})"
+        )
+    if others:
+        told.append(
+            f"{_jobs(len(others))} of an earlier sweep {_were(len(others))} left in this folder, such as {others[0].name}: compare takes them as well"
+        )
+    if told:
+        Console(stderr=True).print(Text("; ".join(told) + ". Another hydra.sweep.dir keeps sweeps apart"), style="yellow", soft_wrap=True)
+
+
+def _jobs(count: int) -> str:
+    return f"{count} job{'' if count == 1 else 's'}"
+
+
+def _were(count: int) -> str:
+    return "was" if count == 1 else "were"
 
 
 def _why(one: Outcome) -> str:

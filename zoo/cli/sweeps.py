@@ -15,7 +15,7 @@ from hydra.experimental.callback import Callback
 from omegaconf import DictConfig, OmegaConf, open_dict, read_write
 
 from zoo.cli.jobs import REPEATABLE
-from zoo.cli.outcomes import new_sweep, read_outcomes
+from zoo.cli.outcomes import left_by_others, new_sweep, read_outcomes
 
 THREADS = "OMP_NUM_THREADS"
 LOOK_S = 1.0
@@ -68,11 +68,12 @@ class Sweep:
         Returns:
             The highest of their exit codes.
         """
-        from zoo.cli.sweep_tables import tell_failed, tell_results  # pandas takes as long as a third of torch: only after a sweep
+        from zoo.cli.sweep_tables import tell_failed, tell_mixed, tell_results  # pandas takes as long as a third of torch: only after a sweep
 
         outcomes = read_outcomes(self.folder, self.name)
         if self.config.hydra.job.name in REPEATABLE:
             tell_results(self.config, self.folder, outcomes)
+            tell_mixed(outcomes, left_by_others(self.folder, self.name))
         codes = [1 if one.code is None else one.code for one in outcomes.values()]
         if {1, 2} & {*codes}:
             tell_failed(outcomes)

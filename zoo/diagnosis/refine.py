@@ -12,6 +12,7 @@ import torch
 from zoo.diagnosis.diagnose import Diagnosis, check_effects, diagnose
 from zoo.diagnosis.parameters import fitted_parameters
 from zoo.diagnosis.preparation import reference_varies
+from zoo.diagnosis.regions import runs_rms
 from zoo.diagnosis.solved import Solved
 from zoo.diagnosis.structure import Structure, examine
 from zoo.diagnosis.workbench import VARIED_REFERENCE, Workbench
@@ -138,6 +139,7 @@ def _record(bench: Workbench, solutions: list[Solved], structure: Structure, che
         "average_s": bench.runs[0].average_s,
         "runs": [run.name for run in bench.runs],
         "check_runs": [run.name for run in check_runs],
+        "uncompensated_by_run": runs_rms(bench.runs, torch.cat([run.block_mean(run.error) for run in bench.runs])),
         "ladder": ladder,
         "noise_floor": floor,
         "noise_floor_by_run": floors_of(bench.runs, floor),

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable
+from dataclasses import replace
 
 import torch
 
@@ -68,15 +69,15 @@ def floors_of(runs: list[Run], floor: float) -> dict[str, float]:
     return {run.name: floor * level / mean for run, level in zip(runs, levels, strict=True)}
 
 
-def floor_of(run: Run, like: NoiseModel | None = None) -> float:
-    """RMS of the block means that complete predictions of a run would leave [unit]: its own white noise, and the colour of another's.
+def floor_of(run: Run, gyros: NoiseModel | None = None) -> float:
+    """RMS of the block means that complete predictions of a run would leave [unit]: its own white noise, and the gyro's flicker and random walk.
 
     Args:
         run: one that was not fitted: of a fitted one the fit takes up some of the slow noise.
-        like: noise of means over blocks as long, in any unit; None for white alone.
+        gyros: its noise, in other runs' means over as long [unit]; None for white alone.
     """
     white = noise_of([run]).white
-    noise = NoiseModel(white, 0.0) if like is None else like.scaled(white / like.white)
+    noise = NoiseModel(white, 0.0) if gyros is None else replace(gyros, white=white)
     return float(noise.variance(blocks_of([run])[0]).mean().sqrt())
 
 

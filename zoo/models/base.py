@@ -61,7 +61,7 @@ class FeatureModel(Model):
             features: (M, F).
             error: (M,) [output's unit].
         """
-        raise NotImplementedError
+        raise NotImplementedError(f"{type(self).__name__} has no standardise(features, error), which every fit calls first")
 
     def parts(self, features: Tensor) -> tuple[Tensor, Tensor]:
         """Groups of weights of which each sample sees one only, so that each can be searched for by itself; a single group unless a model knows more.

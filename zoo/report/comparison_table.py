@@ -73,7 +73,7 @@ def _summary(document: dict[str, Any], labels: dict[str, str]) -> Table:
     for head in ("RMS", "90 % of seeds", "× floor"):
         table.add_column(head, justify="right", no_wrap=True)
     bare, floor = document["rms"][UNCOMPENSATED], document["noise_floor"]
-    table.add_row(Text("noise floor" if whole_noise(document) else "white noise", style="dim"), Text(_number(floor), style="dim"), "", "")
+    table.add_row(Text("noise floor" if whole_noise(document) else "noise floor, white", style="dim"), Text(_number(floor), style="dim"), "", "")
     table.add_row(UNCOMPENSATED, _number(bare), "", times(bare / floor))
     best = document["methods"][0]["rms"]["median"]
     for one in document["methods"]:

@@ -156,7 +156,17 @@ def sentences(document: Record, scale: Scale) -> list[str]:
 
 def notes(document: Record) -> list[str]:
     """What limits what the comparison says: where models extrapolate, and where they are judged by what they were fitted to."""
-    return [*extrapolations(document), *filter(None, [fitted_note(document)])]
+    return [*useless(document), *extrapolations(document), *filter(None, [fitted_note(document)])]
+
+
+def useless(document: Record) -> list[str]:
+    """Who leaves more than there is without them, where not all do, which the headline says."""
+    bare, methods = document["rms"]["uncompensated"], document["methods"]
+    worse = [one for one in methods if one["rms"]["median"] > bare]
+    if not worse or len(worse) == len(methods):
+        return []
+    leaves = joined(times(one["rms"]["median"] / bare) for one in worse) if len(worse) <= NAMED else "more than"
+    return [f"Worse than no compensation: {_who([one['name'] for one in worse], document)}, with {leaves} the uncompensated RMS."]
 
 
 def extrapolations(document: Record) -> list[str]:
