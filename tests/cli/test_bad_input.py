@@ -517,6 +517,8 @@ def test_what_no_gyro_or_chamber_can_be(told, settings, words) -> None:
     ("verb", "setting", "words"),
     [
         ("diagnose", "files=a.csv", "did you mean data.files?"),
+        ("compare", "run=outputs", "did you mean runs?"),
+        ("train", "sweep.dir=outputs", "did you mean hydra.sweep?"),
         ("diagnose", "data.fils=a.csv", "data has no fils; did you mean files"),
         ("train", "model.hiden=3", "model has no hiden; did you mean hidden"),
         ("train", "optmizer.lr=3", "did you mean optimizer"),

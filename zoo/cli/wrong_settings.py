@@ -175,7 +175,8 @@ def unknown_key(error: BaseException, verb: str) -> str | None:
     if not known:
         return f"unknown key '{typed.group(1)}': {within} is a value and has no keys"
     deeper = [f"{key}.{wrong}" for key, inner in known.items() if isinstance(inner, DictConfig) and wrong in list(inner)]
-    meant = f"did you mean {', '.join(deeper)}?" if deeper else nearest(wrong, known)
+    plural = f"{wrong}s" in known
+    meant = f"did you mean {', '.join(deeper)}?" if deeper and not plural else nearest(wrong, known)
     return f"unknown key '{typed.group(1)}': {f'{within} has no {wrong}; {meant} (a new key takes a leading +)' if within else meant}"
 
 
