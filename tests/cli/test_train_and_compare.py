@@ -277,10 +277,12 @@ def test_a_model_that_takes_the_output_where_the_input_never_changes_is_told(rec
     assert "epochs was of no use: optimizer=least_squares ends by itself" in told
 
 
-def test_a_swarm_that_fits_by_itself_says_that_epochs_are_of_no_use(recordings, tmp_path, capsys) -> None:
+def test_a_swarm_that_fits_by_itself_says_what_is_of_no_use(recordings, tmp_path, capsys) -> None:
     settings = ["model=polynomial", "optimizer=pso", "optimizer.steps=3", "optimizer.particles=5"]
-    assert train(recordings, tmp_path, *settings, "epochs=7") == 0
-    assert "epochs was of no use: optimizer=pso goes by optimizer.steps" in " ".join(capsys.readouterr().err.split())
+    assert train(recordings, tmp_path, *settings, "epochs=7", "init=aco") == 0
+    told = " ".join(capsys.readouterr().err.split())
+    assert "epochs was of no use: optimizer=pso goes by optimizer.steps" in told
+    assert "init was of no use: optimizer=pso needs no start" in told
     assert train(recordings, tmp_path, *settings) == 0
     assert "of no use" not in capsys.readouterr().err
 

@@ -70,7 +70,7 @@ def trained(config: DictConfig, runs: Sequence[Run], check_runs: Sequence[Run], 
     _draw(out, model, [*runs, *check_runs])
     write_json(out / METRICS, {"schema_version": 1} | metrics)
     print_notes([*runs, *check_runs])
-    print_doubts(model, runs, metrics, unused=["epochs"] if metrics["init"] is None and is_typed("epochs") else [])
+    print_doubts(model, runs, metrics, unused=[key for key in ("init", "epochs") if is_typed(key)] if metrics["init"] is None else [])
     _print(metrics)  # last: who reads it may have gone
     return metrics
 
