@@ -64,7 +64,12 @@ class Earlier(nn.Module):
 def _of_run(known: Tensor, run: Tensor) -> Tensor:
     last = len(known) - 1
     places = torch.where(run < 0, last, run - 1).clamp(0, last).long()
-    return known.type_as(run).index_select(0, places.flatten()).reshape(*run.shape, -1)  # not to(): a traced program would keep the device
+    return beside(run, known).index_select(0, places.flatten()).reshape(*run.shape, -1)
+
+
+def beside(other: Tensor, known: Tensor) -> Tensor:
+    """What is known, where another tensor is. Where it is there already nothing is done to it: a traced program would keep the device."""
+    return known if known.device == other.device and known.dtype == other.dtype else known.to(other)
 
 
 def numbered(run: float | Tensor, beside: Tensor) -> Tensor:

@@ -6,7 +6,7 @@ import torch
 from torch import Tensor
 
 from zoo.effects.base import History, Parameter, grid_values
-from zoo.effects.earlier import GOES_ON, Continuing, anew_or_on
+from zoo.effects.earlier import GOES_ON, Continuing, anew_or_on, beside
 from zoo.physics.relaxation import arrhenius, elapsed
 
 SECONDS_PER_HOUR, JOULES_PER_KILOJOULE = 3600.0, 1000.0
@@ -46,6 +46,6 @@ class Moisture(Continuing):
         tau_s, energy, goes_on = SECONDS_PER_HOUR * shape[..., 0:1], JOULES_PER_KILOJOULE * shape[..., 1:2], shape[..., 2:3].round()
         faster = arrhenius(history.temperature, energy)
         dwell = self.earlier.dwelt(torch.zeros_like(tau_s) + history.run).squeeze(-2)
-        before = (dwell * arrhenius(self.earlier.celsius.type_as(energy), energy)).sum(-1, keepdim=True)
+        before = (dwell * arrhenius(beside(energy, self.earlier.celsius), energy)).sum(-1, keepdim=True)
         left = torch.exp(-(elapsed(history.time, faster) + goes_on * before) / tau_s)
         return torch.stack([left, faster * left], dim=-1)
