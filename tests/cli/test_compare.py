@@ -163,6 +163,15 @@ def test_a_louder_run_has_more_white_noise_and_the_gyros_own_flicker(flickering,
     assert louder - quiet == pytest.approx(0.1**2 / 2, rel=0.2)  # means of two rows
 
 
+def test_a_refinement_that_is_not_borne_out_here_tells_nothing_of_the_noise(flickering, tmp_path) -> None:
+    other = pd.read_csv(flickering / "check.csv")
+    other["rate_dph"] += 0.2 * np.sin(other["time_s"] / 3600)
+    other.to_csv(tmp_path / "other.csv", index=False)
+    document = compare(tmp_path / "out", f"runs=[{flickering / 'refined'}]", f"data.files=[{tmp_path / 'other.csv'}]")
+    assert document["noise"] is None
+    assert document["methods"][0]["excess"] > 5
+
+
 def test_another_gyros_run_of_the_same_name_was_not_fitted(flickering, tmp_path) -> None:
     other = pd.read_csv(flickering / "a.csv")
     other["rate_dph"] *= 1.3

@@ -107,10 +107,11 @@ def _scored(entrants: list[Entrant], runs: list[Run], device: torch.device, hold
 
 def _known_noise(entrants: list[Entrant], left: list[dict[str, Tensor]], runs: list[Run]) -> KnownNoise | None:
     """What a refinement among them has found, if its model comes down to that here as well; of several, that of the one which leaves least."""
-    found = {one.name: rms(torch.cat([each[one.name] for each in left])) for one in entrants if one.noise and all(map(one.noise.applies, runs))}
-    best = min(found, key=lambda name: found[name], default=None)
-    known = next((one.noise for one in entrants if one.name == best), None)
-    return known if known and found[str(best)] <= CHECK_ALLOWED * of_all(runs, floors(runs, known).values()) else None
+    known = {one.name: noise for one in entrants if (noise := one.noise) and all(map(noise.applies, runs))}
+    if not known:
+        return None
+    least, best = min((rms(torch.cat([each[name] for each in left])), name) for name in known)
+    return known[best] if least <= CHECK_ALLOWED * of_all(runs, floors(runs, known[best]).values()) else None
 
 
 def _prediction(entrant: Entrant, one: Run, device: torch.device) -> Tensor:

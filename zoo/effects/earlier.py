@@ -72,9 +72,9 @@ def beside(other: Tensor, known: Tensor) -> Tensor:
     return known if known.device == other.device and known.dtype == other.dtype else known.to(other)
 
 
-def numbered(run: float | Tensor, beside: Tensor) -> Tensor:
+def numbered(run: float | Tensor, other: Tensor) -> Tensor:
     """A run's number, or those of several, as a tensor that is where another is."""
-    return torch.zeros_like(beside.flatten()[0]) + run
+    return torch.zeros_like(other.flatten()[0]) + run
 
 
 class Continuing(Effect):

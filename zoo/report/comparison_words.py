@@ -155,7 +155,7 @@ def sentences(document: Record, scale: Scale) -> list[str]:
 
 
 def notes(document: Record) -> list[str]:
-    """What limits what the comparison says: where models extrapolate, and where they are judged by what they were fitted to."""
+    """What limits what the comparison says: who is worse than nothing, who extrapolates, and who is judged by what it was fitted to."""
     return [*useless(document), *extrapolations(document), *filter(None, [fitted_note(document)])]
 
 
