@@ -16,6 +16,9 @@ STAGES = 3
 """How often at most the surroundings of the best shape are looked through."""
 UNUSUAL, HALF = 6.0, 0.5
 """χ² by which another than the usual value must be better: what a parameter costs with some four hundred independent samples."""
+RIVAL = 0.4
+"""Share of the best shape's gain that another, apart from it, must have to be looked at as closely: what a line shows of its power midway between
+two frequencies of a grid. Means over blocks show a line and its image below their length at one frequency, and the grid meets one of them closer."""
 MANY = 50
 """Shapes above which the columns of an effect without memory are computed at the means of each block, in single precision, to find the best."""
 
@@ -55,11 +58,14 @@ class Beside:
     def best(self, effect: Effect, shapes: Tensor) -> tuple[float, Tensor]:
         """χ² that the best of some shapes (G, S) leaves, with what an unusual one costs, and that shape (S,)."""
         if effect.instant and len(shapes) > MANY:
-            columns = self.design.effect_columns_at_means(effect, self.places, shapes, self.whitener)
-            shapes = shapes[self._costs(effect, shapes, columns).argmin()].unsqueeze(0)
+            shapes = shapes[self._at_means(effect, shapes).argmin()].unsqueeze(0)
         columns = self.design.effect_columns(effect, self.places, shapes, self.whitener, distinct=True)
         cost, best = self._costs(effect, shapes, columns).min(dim=0)
         return float(cost), shapes[best]
+
+    def _at_means(self, effect: Effect, shapes: Tensor) -> Tensor:
+        """(G,) χ² of many shapes (G, S), of columns computed at the means of each block."""
+        return self._costs(effect, shapes, self.design.effect_columns_at_means(effect, self.places, shapes, self.whitener))
 
     def _costs(self, effect: Effect, shapes: Tensor, columns: Tensor) -> Tensor:
         """(G,) of shapes (G, S) with columns (G, N, K), where the shapes are."""
@@ -78,8 +84,20 @@ class Beside:
         return cost, shape
 
     def searched(self, effect: Effect, shapes: Tensor) -> tuple[float, Tensor]:
-        """The best of some shapes, and closer."""
-        return self.closer(effect, *self.best(effect, shapes))
+        """The best of some shapes, and closer; of many also from the best that is apart from it."""
+        return min((self.closer(effect, *self.best(effect, one)) for one in self._starts(effect, shapes)), key=lambda found: found[0])
+
+    def _starts(self, effect: Effect, shapes: Tensor) -> list[Tensor]:
+        """Shapes (G, S) from whose best to go closer."""
+        if not effect.instant or len(shapes) <= MANY:
+            return [shapes]
+        costs = self._at_means(effect, shapes)
+        least, first = costs.min(dim=0)
+        near = effect.shapes_near(shapes[first], self.span_s)
+        costs[((shapes >= near.amin(0)) & (shapes <= near.amax(0))).all(-1)] = torch.inf
+        second, gain = costs.argmin(), float(self.residual.square().sum() - least)
+        rival = float(costs[second]) <= float(least) + (1 - RIVAL) * gain
+        return [shapes[one].unsqueeze(0) for one in ((first, second) if rival else (first,))]
 
 
 def unusual(effect: Effect, shapes: Tensor) -> Tensor:
