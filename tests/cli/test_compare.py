@@ -336,10 +336,24 @@ def test_recordings_in_another_unit_are_compared_like_those_in_the_models_own(re
         assert other["rms"][name] == pytest.approx(rms / 3600, rel=1e-6)
 
 
-def test_a_run_that_was_fitted_is_told(recordings, sweep, tmp_path) -> None:
-    document = compare(tmp_path, f"runs=[{sweep / 'line'}]", f"data.files=[{recordings / 'a.csv'},{recordings / 'check.csv'}]")
-    assert document["methods"][0]["fitted_runs"] == ["a"]
-    assert "that flatters it there" in (tmp_path / "comparison.html").read_text()
+def test_runs_that_were_fitted_do_not_rank(recordings, sweep, tmp_path, capsys) -> None:
+    """The order, the intervals and the floor are those of the runs that no model was fitted to, as if these alone had been given."""
+    models = f"runs=[{sweep / 'line'},{sweep / '3'}]"
+    fitted, unseen = f"{recordings / 'a.csv'}", f"{recordings / 'check.csv'},{recordings / 'later.csv'}"
+    alone = compare(tmp_path / "alone", models, f"data.files=[{unseen}]")
+    capsys.readouterr()
+    mixed = compare(tmp_path / "mixed", models, f"data.files=[{fitted},{unseen}]")
+    assert [one["fitted_runs"] for one in mixed["methods"]] == [["a"], ["a"]]
+    assert (mixed["ranked_by"], alone["ranked_by"]) == (["check", "later"],) * 2
+    for key in ("rms", "noise_floor", "pairs", "statement"):
+        assert mixed[key] == alone[key]
+    kept = {"name", "rms", "by_seed", "excess", "removed", "where", "goes_with"}
+    assert [{key: one[key] for key in kept} for one in mixed["methods"]] == [{key: one[key] for key in kept} for one in alone["methods"]]
+    assert {row["run"] for row in mixed["rows"]} == {"a", "check", "later"}
+    told = " ".join(capsys.readouterr().out.split())
+    assert "unseen runs RMS × floor" in told
+    assert "Fitted by every model, to go by the name: a. The order is that of the other runs" in told
+    assert "RMS over unseen runs" in (tmp_path / "mixed" / "comparison.html").read_text()
 
 
 @pytest.mark.parametrize(

@@ -29,6 +29,7 @@ def refined(*added: str) -> SavedModel:
         ([model("bp", "pso"), model("bp", "random")], ["bp_pso", "bp_random"]),
         ([model("bp", "pso", 1), model("bp", "random", 1), model("bp", "random", 2)], ["bp_pso", "bp_random_seed1", "bp_random_seed2"]),
         ([model("bp", "pso"), model("bp", "pso", optimizer="lbfgs")], ["bp_adam", "bp_lbfgs"]),
+        ([model("bp", "pso"), model("bp", "random"), model("bp", "random", optimizer="lbfgs")], ["bp_pso_adam", "bp_random_adam", "bp_random_lbfgs"]),
         ([model("bp", "pso"), model("bp", optimizer="pso"), model("bp", optimizer="aco")], ["bp_pso", "bp_by_pso", "bp_by_aco"]),
         ([model("polynomial", None, 1), model("polynomial", None, 2)], ["polynomial", "polynomial_2"]),  # solved: no seed decides anything
         ([model("graybox"), refined("aging")], ["graybox", "graybox_refined"]),

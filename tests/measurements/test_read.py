@@ -186,6 +186,9 @@ def test_a_thin_block_stays_in_the_history_and_is_not_judged(tmp_path: Path) -> 
     assert run.count[run.block < 0].sum() == 1
     assert int(run.count.sum()) == len(keep)
     assert any(note.startswith("1 block(s) of 100 s with less than half") for note in run.notes)
+    path = write_measurements(tmp_path / "a.csv", {name: column[:920] for name, column in data.items()})
+    ended = read_runs(path, average_s=100.0)[0]
+    assert (ended.blocks, int((ended.block < 0).sum()), ended.notes) == (9, 1, ()), "a recording may end where it likes"
 
 
 @pytest.mark.parametrize(

@@ -137,7 +137,6 @@ def _document(entrants: list[Entrant], scored: Scored, stages: list[list[Stage]]
         "unit": first.unit,
         "average_s": first.average_s,
         "models": [{"name": one.name, "folder": str(one.folder)} | {key: one.facts.get(key) for key in WHAT_IT_WAS} for one in entrants],
-        "rms": {name: scored.pooled(name) for name in (UNCOMPENSATED, *(one.name for one in entrants))},
         "rows": scored.rows,
         "runs": [
             {"run": one.name, "bias_stability": {name: bias_stability(value) for name, value in left.items()}, "stages": rms_by_stage(left, cut)}

@@ -5,7 +5,7 @@ from __future__ import annotations
 import itertools
 import math
 from collections.abc import Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from functools import cached_property
 from typing import Any
 
@@ -19,13 +19,12 @@ from zoo.diagnosis.regions import regions
 from zoo.fitting.noise import blocks_of, noise_of, of_all
 from zoo.measurements.run import HELD_OUT, Run
 from zoo.scoring.batches import ratio_interval, rms_interval
-from zoo.scoring.comparison import UNCOMPENSATED, WHOLE, alike
+from zoo.scoring.comparison import EVERYWHERE, UNCOMPENSATED, UNSEEN, WHOLE, alike
 from zoo.scoring.dependence import shares
 from zoo.scoring.noise import effective_samples
 from zoo.scoring.seeds import RANGE, contest, spread
 from zoo.scoring.stages import KINDS, local_rate, rms
 
-EVERYWHERE = "all runs"
 ALL_PAIRS = 12
 """Of more methods, only the best is set against each of the others."""
 WORST_SHOWN = 6
@@ -42,6 +41,7 @@ class Scored:
         rows: RMS by run and kind of stage, one column a model.
         holdout: share of each run that the held-out pieces are, where the runs are such.
         known: the gyro's noise; None where only the white noise of the runs is known.
+        together: what all these runs are called.
     """
 
     runs: list[Run]
@@ -49,13 +49,21 @@ class Scored:
     rows: list[dict[str, Any]]
     holdout: float = 0.0
     known: KnownNoise | None = None
+    together: str = EVERYWHERE
+
+    def unseen(self, fitted: set[str]) -> Scored:
+        """Of the runs that no model was fitted to, where there are such beside others; else all."""
+        kept = [i for i, one in enumerate(self.runs) if one.name not in fitted]
+        if len(kept) in (0, len(self.runs)):
+            return self
+        return replace(self, runs=[self.runs[i] for i in kept], left=[self.left[i] for i in kept], together=UNSEEN)
 
     def of(self, model: str) -> list[Tensor]:
         """(N_r,) of each run [output's unit]."""
         return [one[model] for one in self.left]
 
     def pooled(self, model: str) -> float:
-        """RMS over all runs [output's unit]."""
+        """RMS over the runs [output's unit]."""
         return rms(torch.cat(self.of(model)))
 
     @cached_property
@@ -65,7 +73,7 @@ class Scored:
 
     @cached_property
     def floor(self) -> float:
-        """The same of all runs together."""
+        """The same of the runs together."""
         return of_all(self.runs, self.floors.values())
 
     @cached_property
@@ -75,7 +83,7 @@ class Scored:
 
     @cached_property
     def quantities(self) -> dict[str, Tensor]:
-        """(N,) what a residual may go with, all runs one after the other."""
+        """(N,) what a residual may go with, one run after the other."""
         time, temperature = ([one.block_mean(column).cpu() for one, column in zip(self.runs, columns, strict=True)] for columns in self._columns())
         found = {
             "temperature": torch.cat(temperature),
@@ -90,30 +98,38 @@ class Scored:
 
     @cached_property
     def kinds(self) -> list[dict[str, Any]]:
-        """The rows, and where there are several runs, those of all runs together."""
+        """The rows, and where there are several runs, those of the runs together."""
         if len(self.runs) < 2:
             return self.rows
-        pooled = []
-        there = {row["stage"] for row in self.rows}
+        pooled, own = [], {one.name for one in self.runs}
+        rows = [row for row in self.rows if row["run"] in own]
+        there = {row["stage"] for row in rows}
         for stage in (kind for kind in (*KINDS, WHOLE) if kind in there):
-            chosen = [row for row in self.rows if row["stage"] == stage]
+            chosen = [row for row in rows if row["stage"] == stage]
             blocks = sum(row["blocks"] for row in chosen)
             means = {key: math.sqrt(sum(row["blocks"] * row[key] ** 2 for row in chosen) / blocks) for key in self.left[0]}
-            pooled.append({"run": EVERYWHERE, "stage": stage, "blocks": blocks} | means)
+            pooled.append({"run": self.together, "stage": stage, "blocks": blocks} | means)
         return [*self.rows, *pooled]
 
 
 def judge(methods: Sequence[Method], scored: Scored, generator: Generator) -> dict[str, Any]:
-    """What the comparison says of methods, as `comparison.json` takes it: noise floor, methods from the best to the worst, pairs."""
+    """What the comparison says of methods, as `comparison.json` takes it: noise floor, methods from the best to the worst, pairs.
+
+    Where some of the runs were fitted by a model and others by none, the latter alone decide.
+    """
+    fitted = {method.name: _fitted_runs(method, scored) for method in methods}
+    seen, scored = scored, scored.unseen({run for runs in fitted.values() for run in runs})
     judged = sorted((_Judged(method, scored) for method in methods), key=lambda one: (one.median, one.method.name))
     pairs = list(itertools.combinations(judged, 2))
     if len(judged) > ALL_PAIRS:
         pairs = [pair for pair in pairs if pair[0] is judged[0]]
     return {
+        "ranked_by": [one.name for one in scored.runs],
+        "rms": {name: scored.pooled(name) for name in scored.left[0]},
         "noise_floor": scored.floor,
-        "noise_floors": scored.floors,
+        "noise_floors": seen.floors,
         "noise": None if scored.known is None else asdict(scored.known.noise),
-        "methods": [_record(one, scored, generator) for one in judged],
+        "methods": [_record(one, scored, generator) | {"beyond": _beyond(one, seen), "fitted_runs": fitted[one.method.name]} for one in judged],
         "pairs": [_pair(first, second, scored, generator) for first, second in pairs],
     }
 
@@ -136,7 +152,6 @@ class _Judged:
 
 def _record(one: _Judged, scored: Scored, generator: Generator) -> dict[str, Any]:
     members, left = list(one.method.members.values()), scored.of(one.typical)
-    typical = next(member for member in members if member.name == one.typical)
     several = spread(torch.tensor(list(one.values.values()), dtype=torch.float64), generator)
     interval = several.interval if len(one.values) > 1 else rms_interval(left, scored.worth)
     return {
@@ -153,9 +168,18 @@ def _record(one: _Judged, scored: Scored, generator: Generator) -> dict[str, Any
         "rows": [_row(row, list(one.names.values()), scored) for row in scored.kinds],
         "where": regions(scored.runs, torch.cat(left), scored.floors)[:WORST_SHOWN],
         "goes_with": shares(torch.cat(left).cpu(), scored.quantities),
-        "beyond": {run.name: found for run in scored.runs if (found := typical.beyond(run.in_unit(typical.unit(run))))},
-        "fitted_runs": [run.name for run in scored.runs if _was_fitted(members[0], run, scored.holdout)],
     }
+
+
+def _beyond(one: _Judged, scored: Scored) -> dict[str, Any]:
+    """By run, where a method is asked for what it was never fitted to."""
+    typical = next(member for member in one.method.members.values() if member.name == one.typical)
+    return {run.name: found for run in scored.runs if (found := typical.beyond(run.in_unit(typical.unit(run))))}
+
+
+def _fitted_runs(method: Method, scored: Scored) -> list[str]:
+    member = next(iter(method.members.values()))
+    return [run.name for run in scored.runs if _was_fitted(member, run, scored.holdout)]
 
 
 def _was_fitted(member: Entrant, run: Run, holdout: float) -> bool:

@@ -196,14 +196,16 @@ def physical_values(facts: dict[str, Any]) -> dict[str, Any] | None:
 
 
 def distinct_names(models: Sequence[Named]) -> list[str]:
-    """The models' types, each with what differs between its bearers, and at last a number."""
-    found = [model.kind for model in models]
-    told = [_told(model) for model in models]
+    """The models' types with what tells any two of a type apart, a seed only where there are others; and at last a number."""
+    kinds = [model.kind for model in models]
+    found, told = kinds, [_told(model) for model in models]
     for key in TOLD_BY:
         bearers: dict[str, set[str]] = {}
         for name, facts in zip(found, told, strict=True):
             bearers.setdefault(name, set()).add(facts[key])
-        found = [f"{name}_{facts[key]}" if facts[key] and len(bearers[name]) > 1 else name for name, facts in zip(found, told, strict=True)]
+        groups = found if key == "seed" else kinds
+        unclear = {group for group, name in zip(groups, found, strict=True) if len(bearers[name]) > 1}
+        found = [f"{name}_{facts[key]}" if facts[key] and group in unclear else name for name, group, facts in zip(found, groups, told, strict=True)]
     seen = dict.fromkeys(TAKEN, 1)
     return [_numbered(name, seen) for name in found]
 

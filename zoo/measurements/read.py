@@ -188,6 +188,7 @@ def _with_error(chunk: np.ndarray, one: Layout, reference: float) -> np.ndarray:
 
 def _run(name: str, one: Layout, recording: Recording, length: float | None) -> Run:
     fine, block, thin = recording.grids(length)
+    cut_short = int(block[-1] < 0)  # the last block, of which nobody asks where its other half is
     thermometers = [place for place, source in enumerate(one.inputs) if source.name.startswith("temperature_")]
     lost = unsettled(fine.segment, fine.mean[:, 0], fine.mean[:, thermometers])
     block, forgetting = _without(block, lost)
@@ -208,7 +209,7 @@ def _run(name: str, one: Layout, recording: Recording, length: float | None) -> 
         count=torch.from_numpy(fine.count),
         block=torch.from_numpy(block),
         rows=recording.rows,
-        notes=(*recording.notes, *_notes(recording, average, length, thin), *forgetting, *hot, *doubt),
+        notes=(*recording.notes, *_notes(recording, average, length, thin - cut_short), *forgetting, *hot, *doubt),
         recorded=one.sources,
     )
 

@@ -49,7 +49,7 @@ def best_of(methods: int) -> str:
     return f", the best {len(COLORS)} of {methods} methods" if methods > len(COLORS) else ""
 
 
-def seeds_figure(methods: list[dict[str, Any]], uncompensated: float, floor: float, scale: Scale) -> Figure:
+def seeds_figure(methods: list[dict[str, Any]], uncompensated: float, floor: float, scale: Scale, runs: str) -> Figure:
     """One row a method: a point a seed, the 90 % range, the median with its 95 % interval; the noise floor as a line.
 
     Args:
@@ -57,6 +57,7 @@ def seeds_figure(methods: list[dict[str, Any]], uncompensated: float, floor: flo
         uncompensated: RMS of the error as measured [output's unit].
         floor: noise floor [output's unit].
         scale: how values are written.
+        runs: what the runs are called that all this is of.
     """
     from matplotlib.lines import Line2D
 
@@ -71,7 +72,7 @@ def seeds_figure(methods: list[dict[str, Any]], uncompensated: float, floor: flo
     _above(axes, scale.text(uncompensated), uncompensated * scale.factor, rows - 1, MUTED)
     everything = [value * scale.factor for one in shown for value in (*one["by_seed"], *(one["rms"]["interval"] or ()))]
     kind = scaled(axes.xaxis, [*everything, floor * scale.factor, uncompensated * scale.factor])
-    title = f"RMS over all runs [{scale.label}], {kind}"
+    title = f"RMS over {runs} [{scale.label}], {kind}"
     axes.annotate(title, (0, 1), (INDENT - NAMES, 10), "axes fraction", textcoords="offset points", fontsize=11, weight="bold")
     axes.set_yticks(range(rows), [*(_short(one["name"], LONGEST) for one in shown), UNCOMPENSATED], color=INK)
     axes.set_ylim(rows - 0.5, -0.6)

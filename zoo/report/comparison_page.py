@@ -12,19 +12,19 @@ from zoo import __version__
 from zoo.artifacts import write_text
 from zoo.report.canvas import inline_svg
 from zoo.report.comparison_figure import UNCOMPENSATED, seeds_figure, stages_figure
-from zoo.report.comparison_words import Record, goes_with, headline, leaders, pair_of, sentences, statement, whole_noise
+from zoo.report.comparison_words import Record, goes_with, headline, judges, leaders, pair_of, sentences, statement, whole_noise
 from zoo.report.palette import styled
 from zoo.report.run_figure import Curves, halves
 from zoo.report.tables import region_rows
 from zoo.report.template import filled
 from zoo.report.wording import NONE, Scale, fixed, percent, times
+from zoo.scoring.comparison import TOGETHER
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 RUNS_DRAWN, PANELS = 8, 8
 PAIRS_SHOWN, METHODS_OPEN = 12, 3
-EVERYWHERE = "all runs"
 WHOLE = "white noise of these runs, with as much flicker and random walk beside it as refine has found: what a complete model leaves"
 WHITE = "white noise, read off these runs: a complete model leaves it, and the gyro's flicker and random walk"
 """What the noise floor is."""
@@ -51,21 +51,25 @@ def scale_of(document: Record) -> Scale:
 
 def seeds_drawn(document: Record, scale: Scale) -> Figure:
     """Every seed of every method."""
-    return seeds_figure(document["methods"], document["rms"][UNCOMPENSATED], document["noise_floor"], scale)
+    return seeds_figure(document["methods"], document["rms"][UNCOMPENSATED], document["noise_floor"], scale, judges(document))
 
 
 def stages_drawn(document: Record, scale: Scale, runs: list[str] | None = None) -> Figure:
     """By run and stage; of some runs, or of the first few."""
     chosen = runs or _runs(document)[:PANELS]
     rows = [row for run in chosen for row in stage_rows(document) if row["run"] == run]
-    floors = document["noise_floors"] | {EVERYWHERE: document["noise_floor"]}
-    return stages_figure(rows, [one["name"] for one in document["methods"]], floors, scale)
+    return stages_figure(rows, [one["name"] for one in document["methods"]], _floors(document), scale)
+
+
+def _floors(document: Record) -> dict[str, float]:
+    """By run, and of those that decide together."""
+    return document["noise_floors"] | dict.fromkeys(TOGETHER, document["noise_floor"])
 
 
 def _runs(document: Record) -> list[str]:
-    """All together first, where there are several."""
+    """All that decide together first, where there are several."""
     runs = list(dict.fromkeys(row["run"] for row in document["methods"][0]["rows"]))
-    return sorted(runs, key=lambda run: run != EVERYWHERE)
+    return sorted(runs, key=lambda run: (run not in TOGETHER, run not in document["ranked_by"]))
 
 
 def stage_rows(document: Record) -> list[Record]:
@@ -82,8 +86,8 @@ def stage_rows(document: Record) -> list[Record]:
 
 
 def _pooled(document: Record, stage: str) -> float:
-    """The uncompensated error of all runs in one kind of stage."""
-    chosen = [row for row in document["rows"] if row["stage"] == stage]
+    """The uncompensated error, in one kind of stage, of the runs that decide."""
+    chosen = [row for row in document["rows"] if row["stage"] == stage and row["run"] in document["ranked_by"]]
     squares = sum(row["blocks"] * row[UNCOMPENSATED] ** 2 for row in chosen)
     return float((squares / sum(row["blocks"] for row in chosen)) ** 0.5)
 
@@ -95,6 +99,7 @@ def _context(document: Record, curves: list[Curves]) -> dict[str, Any]:
     return {
         "headline": headline(document),
         "state": _state(document),
+        "judges": judges(document),
         "sentences": sentences(document, scale),
         "tiles": _tiles(document, scale),
         "unit": scale.label,
@@ -182,7 +187,7 @@ def _against(pair: Record | None) -> str:
 def _by_stage(document: Record, scale: Scale) -> list[tuple[str, list[str], list[tuple[str, list[tuple[str, str]]]]]]:
     """By run: its stages, and for each method and stage the median and its multiple of the noise floor."""
     found = []
-    floors, names = document["noise_floors"] | {EVERYWHERE: document["noise_floor"]}, [UNCOMPENSATED, *(one["name"] for one in document["methods"])]
+    floors, names = _floors(document), [UNCOMPENSATED, *(one["name"] for one in document["methods"])]
     for run in _runs(document):
         rows = [row for row in stage_rows(document) if row["run"] == run]
         lines = [(name, [(scale.text(row[name][0]), times(row[name][0] / floors[run])) for row in rows]) for name in names]

@@ -1,4 +1,4 @@
-"""Methods side by side on the terminal: a table a run, a row a method, a column a kind of stage; then all runs, and the differences."""
+"""Methods side by side on the terminal: a table a run, a row a method, a column a kind of stage; then those that decide, and the differences."""
 
 from __future__ import annotations
 
@@ -10,18 +10,18 @@ from rich.text import Text
 
 from zoo.report.comparison_figure import UNCOMPENSATED
 from zoo.report.comparison_page import stage_rows
-from zoo.report.comparison_words import notes, statement, whole_noise
+from zoo.report.comparison_words import judges, notes, statement, whole_noise
 from zoo.report.wording import times
+from zoo.scoring.comparison import TOGETHER
 from zoo.units import symbol
 
 UNLIMITED = 10_000
-EVERYWHERE = "all runs"
 STATED = 6
 """Pairs put into words; the page has the others."""
 
 
 def print_comparison(document: dict[str, Any], console: Console | None = None) -> None:
-    """Print one table a run, and one of all with the noise floor. Numbers are never cut, however narrow the terminal.
+    """Print one table a run, and one of those that decide with the noise floor. Numbers are never cut, however narrow the terminal.
 
     Args:
         document: `comparison.json`.
@@ -31,7 +31,7 @@ def print_comparison(document: dict[str, Any], console: Console | None = None) -
     title = f"RMS of the error [{symbol(document['unit'])}], {document['average_s']:g} s means"
     out.print(Text(f"\n{title}{', median over seeds' if any(one['distinct'] > 1 for one in document['methods']) else ''}", style="bold"))
     labels, rows = _labels(document), stage_rows(document)
-    runs = [run for run in dict.fromkeys(row["run"] for row in rows) if run != EVERYWHERE]
+    runs = [run for run in dict.fromkeys(row["run"] for row in rows) if run not in TOGETHER]
     tables = [*(_table(run, [row for row in rows if row["run"] == run], labels) for run in runs), _summary(document, labels)]
     # A file or a pipe has no width, and a line that is too long is better than numbers cut in the middle.
     needed = max(out.measure(table, options=out.options.update(width=UNLIMITED)).maximum for table in tables)
@@ -68,17 +68,19 @@ def _table(run: str, rows: list[dict[str, Any]], labels: dict[str, str]) -> Tabl
 
 
 def _summary(document: dict[str, Any], labels: dict[str, str]) -> Table:
-    """All runs: the median, the range of 90 % of the seeds, and the distance from the noise."""
-    table = _blank(EVERYWHERE)
-    for head in ("RMS", "90 % of seeds", "× floor"):
+    """The runs that decide: the median, the range of 90 % of the seeds, and the distance from the noise."""
+    table = _blank(judges(document))
+    several = any(one["distinct"] > 1 for one in document["methods"])
+    for head in ("RMS", *(["90 % of seeds"] if several else []), "× floor"):
         table.add_column(head, justify="right", no_wrap=True)
+    empty = [""] if several else []
     bare, floor = document["rms"][UNCOMPENSATED], document["noise_floor"]
-    table.add_row(Text("noise floor" if whole_noise(document) else "noise floor, white", style="dim"), Text(_number(floor), style="dim"), "", "")
-    table.add_row(UNCOMPENSATED, _number(bare), "", times(bare / floor))
+    table.add_row(Text("noise floor" if whole_noise(document) else "noise floor, white", style="dim"), Text(_number(floor), style="dim"), *empty, "")
+    table.add_row(UNCOMPENSATED, _number(bare), *empty, times(bare / floor))
     best = document["methods"][0]["rms"]["median"]
     for one in document["methods"]:
-        spread = f"{_number(one['rms']['low'])} … {_number(one['rms']['high'])}" if one["distinct"] > 1 else ""
-        table.add_row(Text(labels[one["name"]]), _cell(one["rms"]["median"], best), spread, times(one["excess"]))
+        spread = [f"{_number(one['rms']['low'])} … {_number(one['rms']['high'])}"] if one["distinct"] > 1 else empty
+        table.add_row(Text(labels[one["name"]]), _cell(one["rms"]["median"], best), *spread, times(one["excess"]))
     return table
 
 

@@ -6,6 +6,7 @@ from typing import Any
 
 from zoo.report.floors import WORTH_TELLING
 from zoo.report.wording import Scale, fixed, joined, percent, reached_beyond, times
+from zoo.scoring.comparison import EVERYWHERE, UNSEEN
 from zoo.scoring.noise import CHECK_ALLOWED
 from zoo.scoring.seeds import ENOUGH
 
@@ -198,6 +199,11 @@ def whole_noise(document: Record) -> bool:
     return document["noise"] is not None
 
 
+def judges(document: Record) -> str:
+    """What the runs are called by which methods are ranked."""
+    return UNSEEN if len(document["ranked_by"]) < len(document["runs"]) else EVERYWHERE
+
+
 def fitted_note(document: Record) -> str | None:
     """Where runs judge models that were fitted to them; None where none does."""
     best, methods = document["methods"][0], document["methods"]
@@ -207,8 +213,12 @@ def fitted_note(document: Record) -> str | None:
         return f"All of these runs were fitted by {who}, to go by their names: runs that no model has seen are needed to judge."
     runs = list(dict.fromkeys(run for one in methods for run in one["fitted_runs"]))
     names = [one["name"] for one in methods if one["fitted_runs"]]
-    who = _who(names, document)
-    return f"Fitted by {who}, to go by the name: {joined(runs)}; that flatters {'it' if len(names) == 1 else 'them'} there." if runs else None
+    if not runs:
+        return None
+    told = f"Fitted by {_who(names, document)}, to go by the name: {joined(runs)}"
+    if judges(document) == UNSEEN:
+        return f"{told}. The order is that of the other runs, which no model has seen."
+    return f"{told}; that flatters {'it' if len(names) == 1 else 'them'} there."
 
 
 def _stated(document: Record, first: str, second: str) -> str | None:

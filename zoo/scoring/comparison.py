@@ -12,6 +12,9 @@ from zoo.scoring.stages import KINDS, Stage, bias_stability, rms, stage_mask
 
 UNCOMPENSATED = "uncompensated"
 WHOLE = "whole"
+EVERYWHERE, UNSEEN = "all runs", "unseen runs"
+TOGETHER = (EVERYWHERE, UNSEEN)
+"""What the runs are called by which models are ranked: all, or where models were fitted to some of them, those that none has seen."""
 ALIKE = 1e-9
 """Residuals whose largest difference is below this share of the uncompensated error's RMS are one model's."""
 
