@@ -446,6 +446,10 @@ def test_a_list_of_models_is_no_model_and_one_in_brackets_is(told, tmp_path) -> 
     assert run("train", [files, "model=[polynomial]", f"hydra.run.dir={tmp_path / 'one'}"]) == 0
 
 
+def test_values_with_commas_between_them_are_a_list_or_a_sweep(told) -> None:
+    assert "runs=a,b: one list is 'runs=[a,b]'; a job for each is -m runs=a,b" in told("runs=a,b", "data.files=[c.csv]", verb="compare")
+
+
 def test_one_candidate_needs_no_brackets(tmp_path) -> None:
     path = written(tmp_path / "a.csv", table())
     assert run("diagnose", [f"data.files=[{path}]", "candidates=warm_up", f"hydra.run.dir={tmp_path / 'out'}"]) == 0

@@ -128,6 +128,13 @@ def test_wrong_settings_are_told_and_leave_nothing(trained, tmp_path, arguments,
     assert not (tmp_path / "out").exists()
 
 
+def test_what_is_exported_already_is_no_model_to_export(tmp_path, capsys) -> None:
+    (tmp_path / "model.ts").touch()
+    for verb, more in (("export", []), ("compensate", ["data.files=[a.csv]"])):
+        assert run(verb, [f"run={tmp_path}", *more, f"hydra.run.dir={tmp_path / 'out'}"]) == 2
+        assert "is exported already; give the output folder of the train or refine command" in capsys.readouterr().err
+
+
 def test_a_model_without_its_results_has_no_unit(trained, tmp_path, capsys) -> None:
     for name in ("model.yaml", "weights.pt"):
         (tmp_path / name).write_bytes((trained / name).read_bytes())

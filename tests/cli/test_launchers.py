@@ -162,6 +162,13 @@ def test_a_worker_that_dies_is_told_and_made_up_for(recordings) -> None:
     assert len(table()) == 2
 
 
+@pytest.mark.parametrize("typed", [["model.hidden=3"], ["epochs=3", "hydra.sweeper.n_trials=5"]])
+def test_optuna_without_a_range_to_propose_from_is_refused(typed: list[str], capsys) -> None:
+    """All trials would be the same."""
+    assert application.run("train", ["-m", "hydra/sweeper=optuna", "model=bp", *typed, "data.files=[a.csv]"]) == 2
+    assert "no setting is given as a range to propose values from" in capsys.readouterr().err
+
+
 @pytest.mark.slow
 def test_optuna_proposes_the_same_again_and_finds_it_done(recordings) -> None:
     """A range includes its end; trials that fail cost the others nothing."""

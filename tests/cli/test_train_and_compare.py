@@ -192,6 +192,9 @@ def test_what_was_held_out_is_all_that_the_next_command_judges(recordings, tmp_p
         asked = [f"runs=[{out}]", f"data.files=[{recordings / 'a.csv'}]", f"data.holdout={share}", f"hydra.run.dir={tmp_path / share}"]
         assert run("compare", asked) == 0
         assert json.loads((tmp_path / share / "comparison.json").read_text())["methods"][0]["fitted_runs"] == fitted
+    capsys.readouterr()
+    assert run("compare", [f"runs=[{out}]", f"data.files=[{recordings / 'a.csv'}]", f"hydra.run.dir={tmp_path / 'whole'}"]) == 0
+    assert "or data.holdout=0.3, which the fit left out" in " ".join(capsys.readouterr().out.split())
 
 
 def test_a_folder_used_again_holds_nothing_of_the_model_before(recordings, tmp_path) -> None:

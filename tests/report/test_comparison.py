@@ -39,6 +39,7 @@ def method(name: str, median: float, seeds: int = 1) -> dict[str, Any]:
         "where": [{"run": "check", "from_s": 0, "to_s": 3600, "stage": "hold", "temperature_c": [20, 20], "rms": 2 * median, "excess": 40 * median}],
         "goes_with": {"temperature": 0.6, "constant": 0.2, "time": 0.01},
         "fitted_runs": [],
+        "held_out": 0.0,
         "beyond": {},
     }
 

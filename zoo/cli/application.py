@@ -36,7 +36,18 @@ from zoo.cli.papers import GROUP, PAPER, paper_settings
 from zoo.cli.plugins import missing_plugin, prefer_own_settings
 from zoo.cli.saved_models import folder_settings
 from zoo.cli.sweeps import sweep_told
-from zoo.cli.wrong_settings import absent_folder, check_flags, check_known, check_lists, check_searchpath, instead, no_choice, unknown_key
+from zoo.cli.wrong_settings import (
+    absent_folder,
+    check_flags,
+    check_known,
+    check_lists,
+    check_proposals,
+    check_searchpath,
+    instead,
+    no_choice,
+    several,
+    unknown_key,
+)
 from zoo.errors import InputError, WorkError, causes, nearest
 
 WRONG_SETTINGS = (
@@ -71,6 +82,7 @@ def run(verb: str, arguments: list[str]) -> int:
         try:
             with hollow_removed(), sweep_told(codes), suppress(SystemExit):  # Hydra's own end after --help
                 check_flags(arguments, verb)
+                check_proposals(arguments)
                 prefer_own_settings()
                 warnings.filterwarnings("ignore", r"provider=.* is not available", UserWarning)  # `check_searchpath` refuses it
                 hydra.main(version_base="1.3", config_path=str(config_folder()), config_name=verb)(_task(verb, codes, traced))()
@@ -200,4 +212,5 @@ def _first_lines(error: BaseException, verb: str) -> str:
     needed = re.search(r"Missing mandatory value: (\S+)", str(error))
     if needed:
         return f"{needed.group(1)} is not set and has no default: give {needed.group(1)}=…"
-    return unknown_key(error, verb) or instead(error) or " ".join(lines if isinstance(error, YAMLError) else lines[:2]) or type(error).__name__
+    better = unknown_key(error, verb) or several(error) or instead(error)
+    return better or " ".join(lines if isinstance(error, YAMLError) else lines[:2]) or type(error).__name__

@@ -129,7 +129,11 @@ def judge(methods: Sequence[Method], scored: Scored, generator: Generator) -> di
         "noise_floor": scored.floor,
         "noise_floors": seen.floors,
         "noise": None if scored.known is None else asdict(scored.known.noise),
-        "methods": [_record(one, scored, generator) | {"beyond": _beyond(one, seen), "fitted_runs": fitted[one.method.name]} for one in judged],
+        "methods": [
+            _record(one, scored, generator)
+            | {"beyond": _beyond(one, seen), "fitted_runs": fitted[one.method.name], "held_out": _held_out(one.method, seen)}
+            for one in judged
+        ],
         "pairs": [_pair(first, second, scored, generator) for first, second in pairs],
     }
 
@@ -180,6 +184,12 @@ def _beyond(one: _Judged, scored: Scored) -> dict[str, Any]:
 def _fitted_runs(method: Method, scored: Scored) -> list[str]:
     member = next(iter(method.members.values()))
     return [run.name for run in scored.runs if _was_fitted(member, run, scored.holdout)]
+
+
+def _held_out(method: Method, scored: Scored) -> float:
+    """Share of its runs that a method's training kept from the fit, where it is not what the comparison judges by."""
+    kept = float(next(iter(method.members.values())).settings.get("data.holdout", 0.0))
+    return 0.0 if kept == scored.holdout else kept
 
 
 def _was_fitted(member: Entrant, run: Run, holdout: float) -> bool:

@@ -14,7 +14,7 @@ import yaml  # type: ignore[import-untyped]
 
 from zoo.catalog import MODEL_FILE, RANGES_FILE, load_model, names, save_model
 from zoo.errors import InputError
-from zoo.export.files import FORMATS, METADATA
+from zoo.export.files import FORMATS, METADATA, SCRIPT
 from zoo.measurements.run import Run
 from zoo.models.base import Model
 from zoo.models.ranges import fitted_ranges
@@ -138,6 +138,8 @@ def model_folders(pattern: str, key: str, files: tuple[str, ...]) -> list[Path]:
         InputError: there is none.
     """
     found = [folder for top in tops(pattern) for folder in _below(top, files)]
+    if not found and SCRIPT not in files and any((top / SCRIPT).is_file() for top in tops(pattern)):
+        raise InputError(f"{key}={pattern}: is exported already; give the output folder of the train or refine command that it was exported from")
     if not found:
         raise InputError(f"{key}: {pattern}: no {' or '.join(files)} in or below it; give the output folder of a train or refine command")
     return found

@@ -180,6 +180,33 @@ def unknown_key(error: BaseException, verb: str) -> str | None:
     return f"unknown key '{typed.group(1)}': {f'{within} has no {wrong}; {meant} (a new key takes a leading +)' if within else meant}"
 
 
+def check_proposals(arguments: list[str]) -> None:
+    """Refuses a sweep by Optuna without a range to propose from, in which all trials would be the same.
+
+    Args:
+        arguments: as typed.
+
+    Raises:
+        InputError: says what a range looks like.
+    """
+    settings = [one for one in arguments if "=" in one and not one.startswith("-")]
+    if "hydra/sweeper=optuna" not in settings or any(one.startswith("hydra.sweeper.") and "n_" not in one for one in settings):
+        return
+    with suppress(HydraException):
+        if not any(one.is_sweep_override() for one in OverridesParser.create().parse_overrides(settings)):
+            such = "'model.hidden=range(2,12)', 'optimizer.lr=interval(1e-3,1e-1)' or init=random,aco"
+            raise InputError(f"hydra/sweeper=optuna: no setting is given as a range to propose values from, such as {such}")
+
+
+def several(error: BaseException) -> str | None:
+    """A line for values with commas between them, which are a sweep or else a list; None where that is not what is wrong."""
+    found = re.search(r"Ambiguous value for argument '([^=]+)=(.*)'", str(error))
+    if found is None:
+        return None
+    key, values = found.groups()
+    return f"{key}={values}: one list is {shlex.quote(f'{key}=[{values}]')}; a job for each is -m {shlex.quote(f'{key}={values}')}"
+
+
 def instead(error: BaseException) -> str | None:
     """A line or two with what was probably meant by a setting that cannot be parsed; None where nothing better is known than what Hydra says."""
     if not isinstance(error, OverrideParseException):

@@ -210,7 +210,9 @@ def fitted_note(document: Record) -> str | None:
     if best["fitted_runs"] and len(best["fitted_runs"]) == len(document["runs"]):
         every = all(one["fitted_runs"] == best["fitted_runs"] for one in methods[1:]) and len(methods) > 1
         who = "every model" if every else best["name"]
-        return f"All of these runs were fitted by {who}, to go by their names: runs that no model has seen are needed to judge."
+        kept = {one["held_out"] for one in methods}
+        held = f", or data.holdout={kept.pop():g}, which the fit left out" if len(kept) == 1 and min(kept) > 0 else ""
+        return f"All of these runs were fitted by {who}, to go by their names: runs that no model has seen are needed to judge{held}."
     runs = list(dict.fromkeys(run for one in methods for run in one["fitted_runs"]))
     names = [one["name"] for one in methods if one["fitted_runs"]]
     if not runs:
