@@ -172,11 +172,12 @@ def test_a_refinement_that_is_not_borne_out_here_tells_nothing_of_the_noise(flic
     assert document["methods"][0]["excess"] > 5
 
 
-def test_another_gyros_run_of_the_same_name_was_not_fitted(flickering, tmp_path) -> None:
+def test_another_gyros_run_of_the_same_name_was_not_fitted_and_a_copy_was(flickering, tmp_path) -> None:
     other = pd.read_csv(flickering / "a.csv")
     other["rate_dph"] *= 1.3
     other.to_csv(tmp_path / "a.csv", index=False)
-    for path, fitted in ((flickering / "a.csv", ["a"]), (tmp_path / "a.csv", [])):
+    shutil.copy(flickering / "a.csv", tmp_path / "renamed.csv")
+    for path, fitted in ((flickering / "a.csv", ["a"]), (tmp_path / "a.csv", []), (tmp_path / "renamed.csv", ["renamed"])):
         document = compare(tmp_path / "out", f"runs=[{flickering / 'refined'}]", f"data.files=[{path}]")
         assert document["methods"][0]["fitted_runs"] == fitted
 
@@ -352,7 +353,7 @@ def test_runs_that_were_fitted_do_not_rank(recordings, sweep, tmp_path, capsys) 
     assert {row["run"] for row in mixed["rows"]} == {"a", "check", "later"}
     told = " ".join(capsys.readouterr().out.split())
     assert "unseen runs RMS × floor" in told
-    assert "Fitted by every model, to go by the name: a. The order is that of the other runs" in told
+    assert "Fitted by every model, to go by name and error: a. The order is that of the other runs" in told
     assert "RMS over unseen runs" in (tmp_path / "mixed" / "comparison.html").read_text()
 
 

@@ -49,6 +49,8 @@ WHOLE = {"holdout": "0", "points.where": "None", "points.fitted": "None", "point
 """Settings of the data under which a fit saw all of its runs."""
 SAME_ERROR = 0.05
 """Share by which the RMS of a run's error may differ from that of the fitted run of its name: outliers are taken out of some."""
+SAME_RUN = 1e-6
+"""The same, by which a run of another name may differ from a fitted one to be taken for a copy of it."""
 NO_SETTINGS = ("seed", "seeds", "torch_device", "resume", "hydra", "data.check_files", "objective")
 """What a config says that makes no other method."""
 
@@ -83,14 +85,15 @@ class Entrant:
 
     def fitted(self, run: Run) -> bool:
         """Whether the model was fitted to a run or to a part of it, to go by its name and, where means are as long, by the size of its error."""
-        if (name := run.name.removesuffix(HELD_OUT)) not in fitted_runs(self.facts):
-            return False
-        known, own = uncompensated_rms(self.facts).get(name), self.facts.get("average_s") or 0.0
+        name, known, own = run.name.removesuffix(HELD_OUT), uncompensated_rms(self.facts), self.facts.get("average_s") or 0.0
+        named = name in fitted_runs(self.facts)
         parts = any(self.settings.get(f"data.{key}", whole) != whole for key, whole in WHOLE.items())
-        if known is None or parts or run.name.endswith(HELD_OUT) or not isclose(own, run.average_s, rel_tol=JITTER):
-            return True
-        here = float(run.block_mean(run.error).square().mean().sqrt())
-        return isclose(convert(here, run.unit, self.unit(run)), known, rel_tol=SAME_ERROR)
+        if parts or run.name.endswith(HELD_OUT) or not isclose(own, run.average_s, rel_tol=JITTER):
+            return named
+        here = convert(float(run.block_mean(run.error).square().mean().sqrt()), run.unit, self.unit(run))
+        if named:
+            return name not in known or isclose(here, known[name], rel_tol=SAME_ERROR)
+        return any(isclose(here, one, rel_tol=SAME_RUN) for one in known.values())
 
     @property
     def noise(self) -> KnownNoise | None:

@@ -212,12 +212,12 @@ def fitted_note(document: Record) -> str | None:
         who = "every model" if every else best["name"]
         kept = {one["held_out"] for one in methods}
         held = f", or data.holdout={kept.pop():g}, which the fit left out" if len(kept) == 1 and min(kept) > 0 else ""
-        return f"All of these runs were fitted by {who}, to go by their names: runs that no model has seen are needed to judge{held}."
+        return f"All of these runs were fitted by {who}, to go by their names and errors: runs that no model has seen are needed to judge{held}."
     runs = list(dict.fromkeys(run for one in methods for run in one["fitted_runs"]))
     names = [one["name"] for one in methods if one["fitted_runs"]]
     if not runs:
         return None
-    told = f"Fitted by {_who(names, document)}, to go by the name: {joined(runs)}"
+    told = f"Fitted by {_who(names, document)}, to go by name and error: {joined(runs)}"
     if judges(document) == UNSEEN:
         return f"{told}. The order is that of the other runs, which no model has seen."
     return f"{told}; that flatters {'it' if len(names) == 1 else 'them'} there."
