@@ -176,6 +176,8 @@ class Whitener:
 
     def __call__(self, columns: Tensor) -> Tensor:
         """Whiten (..., N, K) -> (..., N, K), dimensionless, in the precision of what it is given."""
+        if not columns.numel():
+            return columns
         pieces = list(columns.movedim(-2, 0).reshape(columns.shape[-2], -1).split(self.sizes))
         for root, places in self.shared:
             # One product for all pieces recorded alike, and whatever the batch: with few columns it takes as long as reading the root does.
@@ -198,7 +200,8 @@ def _product(root: InverseRoot, piece: Tensor) -> Tensor:
     if int(filled.sum()) > MOSTLY_FILLED * len(filled):
         return root @ piece
     product = torch.zeros_like(piece)
-    product[:, filled] = root @ piece[:, filled]
+    if filled.any():  # torch pads no empty columns before 2.5
+        product[:, filled] = root @ piece[:, filled]
     return product
 
 
