@@ -8,7 +8,7 @@ from __future__ import annotations
 import math
 import re
 from dataclasses import dataclass
-from typing import TypeVar
+from typing import Any, TypeVar
 
 import numpy as np
 from torch import Tensor
@@ -64,6 +64,8 @@ _ALL = (
 )
 UNITS = {unit.suffix: unit for unit in _ALL}
 OUTPUT_QUANTITIES = ("rate", "acceleration", "pulses", "counts")
+EPOCH_S = 30 * 86400.0
+"""A recorder's clock that shows more as a run begins counts from no beginning of the run, but from 1970 or the like (engineering prior)."""
 
 
 def suffixes(*quantities: str) -> tuple[str, ...]:
@@ -191,3 +193,8 @@ def _number(text: str) -> float:
         return float(text)
     except ValueError:
         return math.nan
+
+
+def own_time(time_s: Any, start_s: float) -> Any:
+    """Times of a run as its reader counts them [s]: as recorded, or since its start where the recorder counts from an epoch."""
+    return time_s - start_s if start_s > EPOCH_S else time_s

@@ -348,6 +348,12 @@ def test_of_files_with_and_without_a_true_input_those_without_are_named(trained,
     assert compensate(Path("of_input"), files, "data.reference=0") == 0
 
 
+def test_a_file_of_a_gyro_that_was_off_is_told(trained, capsys) -> None:
+    recording().assign(rate_dph=0.0).to_csv("a.csv", index=False)
+    assert compensate(trained["polynomial"], "data.files=[a.csv]") == 0
+    assert "the output never changes: is it a recording of a gyro that was on?" in " ".join(capsys.readouterr().out.split())
+
+
 def test_a_file_in_other_units_than_it_is_taken_for_is_told(trained, capsys) -> None:
     frame = recording()
     frame.assign(t=1000 * frame["time_s"], imu=frame["temperature_c"] + 273.15).drop(columns="time_s").to_csv("a.csv", index=False)

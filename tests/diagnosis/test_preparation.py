@@ -140,3 +140,12 @@ def test_an_output_in_coarse_steps_has_a_noise(runs, step) -> None:
     coarse = [replace(run, error=(run.error / step).round() * step + 0.01) for run in runs("")]
     noise = noise_of(coarse)
     assert 0 < noise.white < step
+
+
+def test_times_of_a_recorder_that_counts_from_an_epoch_are_told_from_the_runs_start(runs, catalogue, base, white) -> None:
+    first, second = runs("")
+    spoiled = far_off(first, [40], 25 * white)
+    later = replace(spoiled, table=torch.cat([spoiled.table[:, :1] + 1.7e9, spoiled.table[:, 1:]], dim=1))
+    notes = [open_bench([one, second], base, catalogue).runs[0].notes for one in (spoiled, later)]
+    assert "at t = " in notes[0][-1]
+    assert abs(float(notes[0][-1].split()[-2]) - float(notes[1][-1].split()[-2])) <= first.average_s

@@ -22,7 +22,7 @@ KEYS = {
     "next_experiment",
 }  # fmt: skip
 CANDIDATE_KEYS = {"effect", "probability", "rms", "rms_cross_validated", "delta_bic", "indistinguishable_from", "parameters"}
-WHERE_KEYS = {"run", "from_s", "to_s", "stage", "temperature_c", "rms", "excess"}
+WHERE_KEYS = {"run", "start_s", "from_s", "to_s", "stage", "temperature_c", "rms", "excess"}
 
 
 @pytest.fixture(params=["", "bias_step"], ids=["complete", "missing"])

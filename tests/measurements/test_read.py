@@ -269,7 +269,8 @@ def test_a_reference_that_one_run_records_is_not_0_in_the_others(tmp_path: Path)
     rows = np.arange(100.0)
     data = {"time_s": rows, "temperature_c": rows, "rate_dph": 9.66 + np.sin(rows)}
     known = write_measurements(tmp_path / "known.csv", data | {"reference_dph": np.full(100, 9.66)})
-    files = [known, *(write_measurements(tmp_path / f"bare_{place}.csv", data) for place in (1, 2))]
+    bare = ((place, {name: column[place:] for name, column in data.items()}) for place in (1, 2))
+    files = [known, *(write_measurements(tmp_path / f"bare_{place}.csv", columns) for place, columns in bare)]
     with pytest.raises(InputError, match=r"bare_1\.csv: does not record the true input \(nor do 1 more\), .*known\.csv does \(reference_dph\)"):
         read_runs(files)
     for run in read_runs(files, reference=9.66):
@@ -287,10 +288,18 @@ def test_a_start_up_row_is_noticed_and_kept(tmp_path: Path) -> None:
 
 
 def test_run_names_are_unique(tmp_path: Path) -> None:
-    for name in ("x/run.csv", "y/run.csv", "y/run.csv.gz", "y/other.csv"):
-        write_measurements(tmp_path / name, recording(100, 1.0))
+    for seed, name in enumerate(("x/run.csv", "y/run.csv", "y/run.csv.gz", "y/other.csv")):
+        write_measurements(tmp_path / name, recording(100, 1.0) | {"rate_dph": np.arange(100.0) + seed})
     names = [run.name for run in read_runs([tmp_path / "*/*.csv", tmp_path / "y/run.csv.gz"])]
     assert names == ["x/run", "other", str(tmp_path / "y/run.csv"), str(tmp_path / "y/run.csv.gz")]
+
+
+def test_a_recording_under_two_names_counts_once(tmp_path: Path) -> None:
+    """What it says would count twice."""
+    for name in ("a", "copy"):
+        write_measurements(tmp_path / f"{name}.csv", recording(100, 1.0))
+    with pytest.raises(InputError, match="a and copy hold the same recording; leave one of them out"):
+        read_runs([tmp_path / "a.csv", tmp_path / "copy.csv"])
 
 
 def test_a_run_counts_once(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

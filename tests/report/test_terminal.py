@@ -55,6 +55,20 @@ def test_what_reading_noticed_and_how_long_the_means_are(diagnosis: Record) -> N
     assert text.count("is hot") == 1, "the same of several runs is one note"
 
 
+def test_what_was_asked_for_is_noticed_last(diagnosis: Record) -> None:
+    routine = [f"{name} is converted from K to °C" for name in "abcdef"]
+    text = " ".join(printed({**diagnosis, "notes": [*routine, "2 gaps in time"]}).split())
+    assert text.index("2 gaps in time") < text.index("a is converted")
+    assert "f is converted" not in text, "no more than a few"
+
+
+def test_a_recorder_that_counts_from_an_epoch_is_read_from_the_runs_start(diagnosis: Record) -> None:
+    plain = printed(diagnosis)
+    for region in diagnosis["where"]:
+        region |= {"from_s": region["from_s"] + 1.7e9, "to_s": region["to_s"] + 1.7e9, "start_s": 1.7e9}
+    assert printed(diagnosis) == plain
+
+
 def test_an_empty_diagnosis(diagnosis: Record) -> None:
     text = printed(dict.fromkeys(diagnosis))
     assert "No verdict" in text

@@ -15,6 +15,24 @@ def refined(checks: list[float | None], **more: object) -> Record:
     return {"ladder": rungs, "verdict": "unknown", "borne_out": False, **more}
 
 
+def test_runs_that_do_not_go_with_the_others_come_first() -> None:
+    of: Record = {"verdict": "complete", "runs": ["a", "b", "c"]}
+    one, two, three = ({"run": name, "rms_from_others": 3.0, "rms_uncompensated": 1.5} for name in of["runs"])
+    first = lambda strangers: verdict_of({**of, "strangers": strangers}).sentences[0]  # noqa: E731
+    assert first([one]).startswith("a does not go with the other runs: predicted from these it is 2.0× as far off as without any model.")
+    assert first([one, two]).startswith("a and b do not go with the other runs")
+    assert first([one, two, three]).startswith("These runs do not go together")
+    assert first([{**one, "run": "check"}]).startswith("check does not go with")
+    assert "go" not in first([])
+    assert verdict_of({}, {**refined([0.2]), "strangers": [one]}).sentences[0].startswith("a does not go with")
+
+
+def test_what_is_left_of_check_runs_beyond_their_floor_is_said() -> None:
+    for check, told in ((1.2, False), (1.3, True)):
+        of = refined([None, check], verdict="complete", borne_out=True, noise_floor=0.1, noise_floor_check=1.0)
+        assert ("it leaves 1.3× their floor, which may be noise" in " ".join(verdict_of({}, of).sentences)) is told
+
+
 @pytest.mark.parametrize(
     ("checks", "kept"),
     [

@@ -28,7 +28,7 @@ from zoo.models.streaming import check_streams
 from zoo.progress import progress
 from zoo.report.wording import worse_than_none
 from zoo.threads import threads_for
-from zoo.units import symbol
+from zoo.units import own_time, symbol
 
 RESULT = "compensation.json"
 STEPS = 1000
@@ -134,6 +134,8 @@ def _facts(one: Layout, target: Path, tally: Tally, known: bool, compensator: Co
     error, predicted = tally.blocks[:, 1], tally.blocks[:, 2]
     before, after = (_numbers(value) for value in (error, error - predicted))
     notes = remarks(one, tally, compensator.ranges)
+    if before and not before["std"]:
+        notes.append("the output never changes: is it a recording of a gyro that was on?")
     if known and before and after and (worse := worse_than_none(after["rms"], before["rms"])):
         notes.append(f"{worse}; for this file it is of no use")
     return {
@@ -166,7 +168,9 @@ def _draw(targets: list[Path], layouts: list[Layout], done: list[Tally]) -> None
     with styled():
         for target, name, one, tally in zip(targets, _distinct(targets), layouts, done, strict=True):
             if len(tally.blocks) > 1:
-                figure = compensation_figure(name, tally.blocks[:, 0] / 3600, tally.blocks[:, 1], tally.blocks[:, 2], symbol(one.unit))
+                time_s, error, predicted = tally.blocks[:, 0], tally.blocks[:, 1], tally.blocks[:, 2]
+                hours = own_time(time_s, float(time_s[0])) / 3600
+                figure = compensation_figure(name, hours, error, predicted, symbol(one.unit))
                 write_png(target.with_name(f"{name}.png"), figure)
 
 

@@ -27,7 +27,7 @@ from zoo.models.base import Model
 from zoo.training.files import CHECKPOINT, MEMBERS, PICTURE
 from zoo.training.resume import unfinished
 from zoo.training.run import EVENTS, train
-from zoo.units import symbol
+from zoo.units import own_time, symbol
 
 METRICS = "metrics.json"
 
@@ -179,7 +179,7 @@ def _draw(out: Path, model: Model, runs: Sequence[Run]) -> None:
 
     curves = []
     for one in runs:
-        hours, error, predicted = one.block_mean(one.time) / 3600, one.block_mean(one.error), predict_blocks(model, one)
+        hours, error, predicted = own_time(one.block_mean(one.time), float(one.time[0])) / 3600, one.block_mean(one.error), predict_blocks(model, one)
         curves.append(Prediction(one.name, hours.numpy(), error.numpy(), predicted.numpy()))
     with styled(), SummaryWriter(str(out / EVENTS)) as board:
         figure = prediction_figure(curves, symbol(runs[0].unit))

@@ -30,16 +30,29 @@ def rms_by_run(bench: Workbench, solved: Solved) -> float:
 
     The nonlinear parameters stay as fitted to all runs.
     """
-    sizes = [run.blocks for run in bench.runs]
-    enough = bench.blocks - max(sizes) >= ENOUGH * solved.plain_columns.shape[1]
-    parts = list(torch.arange(bench.blocks).split(sizes)) if enough else _folds(bench)
+    enough = bench.blocks - max(run.blocks for run in bench.runs) >= ENOUGH * solved.plain_columns.shape[1]
+    parts = _runs(bench) if enough else _folds(bench)
     return float(_left_out(solved.plain_columns, solved.design.error, parts).square().mean().sqrt())
+
+
+def from_other_runs(bench: Workbench, solved: Solved, places: list[int]) -> list[float] | None:
+    """RMS [unit] of some of the runs, each predicted with amplitudes from the others of them; None where these are too few or too short to say."""
+    runs = [_runs(bench)[place] for place in places]
+    sizes = [len(run) for run in runs]
+    if sum(sizes) - max(sizes) < ENOUGH * solved.plain_columns.shape[1]:
+        return None
+    rows = torch.cat(runs)
+    left = _left_out(solved.plain_columns[rows], solved.design.error[rows], list(torch.arange(len(rows)).split(sizes)))
+    return [float(part.square().mean().sqrt()) for part in left.split(sizes)]
+
+
+def _runs(bench: Workbench) -> list[Tensor]:
+    return list(torch.arange(bench.blocks).split([run.blocks for run in bench.runs]))
 
 
 def _folds(bench: Workbench) -> list[Tensor]:
     count = max(OF_A_RUN, -(-SEGMENTS // len(bench.runs)))
-    runs = torch.arange(bench.blocks).split([run.blocks for run in bench.runs])
-    return [piece for run in runs for piece in run.tensor_split(count) if len(piece)]
+    return [piece for run in _runs(bench) for piece in run.tensor_split(count) if len(piece)]
 
 
 def _left_out(columns: Tensor, target: Tensor, parts: list[Tensor]) -> Tensor:

@@ -12,6 +12,7 @@ from zoo.errors import InputError
 from zoo.fitting.noise import levels_of, noise_of
 from zoo.measurements.run import Run
 from zoo.scoring.spikes import off_neighbours, scatter, spikes
+from zoo.units import own_time
 
 CONSTANT_K = 0.5
 SMALLEST_SWING_K = 5.0
@@ -127,7 +128,7 @@ def _listed(times: Tensor) -> str:
 def _without(run: Run, bad: Tensor) -> Run:
     if not bad.any() or int(bad.sum()) > run.blocks // 20:
         return run
-    times = run.block_mean(run.time)[bad]
+    times = own_time(run.block_mean(run.time), float(run.time[0]))[bad]
     number = torch.where(bad, -1, torch.cumsum((~bad).long(), 0) - 1)
     block = torch.where(run.block >= 0, number[run.block.clamp_min(0)], -1)
     note = f"{run.name}: {int(bad.sum())} block(s) far off their neighbours left out, at t = {_listed(times)} s"

@@ -34,6 +34,7 @@ def regions(runs: list[Run], residual: Tensor, floors: Mapping[str, float]) -> l
             found.append(
                 {
                     "run": run.name,
+                    "start_s": round(float(run.time[0]), 3),
                     "from_s": round(stage.from_s - run.average_s / 2, 3),
                     "to_s": round(stage.to_s + run.average_s / 2, 3),
                     "stage": stage.kind,

@@ -26,8 +26,8 @@ BadRows = Literal["error", "skip"]
 HEAD_ROWS = 100_000
 _STARTUP_ROWS = 100
 ABSOLUTE_ZERO_C = -273.15
-LONGEST_S, HOTTEST_C = 60 * 86400.0, 150.0
-"""What lasts longer was written down in milliseconds, and what is hotter in kelvins or °F."""
+LONGEST_S, HOTTEST_C = 60 * 86400.0, 100.0
+"""What lasts longer was written down in milliseconds, and what is hotter in kelvins or °F, most likely."""
 
 
 def read_runs(
@@ -70,7 +70,20 @@ def read_runs(
     check_references(layouts, reference)
     recordings = [_record(one, reference or 0.0, average_s, gap_s, bad_rows, time_unit is None) for one in layouts]
     length = auto_length(recordings) if average_s == "auto" else average_s
-    return [_run(*each, length) for each in zip(run_names(paths), layouts, recordings, strict=True)]
+    runs = [_run(*each, length) for each in zip(run_names(paths), layouts, recordings, strict=True)]
+    _check_different(runs)
+    return runs
+
+
+def _check_different(runs: list[Run]) -> None:
+    """Refuses a recording that is there twice, under two names: what it says would count twice.
+
+    Raises:
+        InputError: names both.
+    """
+    for one, other in itertools.combinations(runs, 2):
+        if one.rows == other.rows and torch.equal(one.time, other.time) and torch.equal(one.output, other.output):
+            raise InputError(f"{one.name} and {other.name} hold the same recording; leave one of them out")
 
 
 def check_settings(reference: float | None, average_s: Average, gap_s: float | None, bad_rows: str) -> None:

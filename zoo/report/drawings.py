@@ -12,6 +12,7 @@ from zoo.report.floors import Floors, multiple
 from zoo.report.ladder_figure import ladder_figure, program_figure
 from zoo.report.palette import styled
 from zoo.report.scatter_figure import residual_against_rate, residual_against_temperature
+from zoo.report.tables import span
 from zoo.report.time_figure import Shade, time_figure
 from zoo.report.trace import Trace, rms, worst_first
 from zoo.report.verdict import Rung
@@ -46,7 +47,7 @@ def shades(where: list[dict[str, Any]], run: str) -> list[Shade]:
     """The worst regions of one run, numbered as in the table of all."""
     found = []
     for rank, region in enumerate(where[:SHADED], 1):
-        start, end, ratio = (finite(region.get(key)) for key in ("from_s", "to_s", "excess"))
+        (start, end), ratio = span(region), finite(region.get("excess"))
         if region.get("run") == run and start is not None and end is not None and (ratio or 0.0) >= WORTH_SHADING:
             found.append(Shade(rank, convert(start, "s", "h"), convert(end, "s", "h")))
     return found

@@ -6,16 +6,19 @@ from collections.abc import Iterable
 
 from zoo.report.wording import joined
 
+ROUTINE = (" is converted from ", "taken as recorded, every ")
+"""What was asked for: told last."""
+
 
 def merged(notes: list[str], runs: Iterable[str]) -> list[str]:
-    """Equal notes become one: with the runs that it is about where they are named, else with how often it was said.
+    """Equal notes become one, the routine ones last: with the runs that it is about where they are named, else with how often it was said.
 
     Args:
         notes: sentences, some of which begin with ``RUN: ``.
         runs: names of the runs.
     """
     known, about = set(runs), dict[str, list[str]]()
-    for note in notes:
+    for note in sorted(notes, key=lambda note: any(words in note for words in ROUTINE)):
         name, _, rest = note.partition(": ")
         text, run = (rest, name) if name in known else (note, "")
         about.setdefault(text, []).append(run)

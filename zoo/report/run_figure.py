@@ -13,6 +13,7 @@ from zoo.report.palette import FLOOR
 from zoo.report.time_figure import draw_temperature, limits
 from zoo.report.wording import Scale
 from zoo.scoring.stages import stage_names
+from zoo.units import own_time
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
@@ -50,7 +51,7 @@ class Curves:
     @classmethod
     def of(cls, run: Run, stages: Sequence[Stage], left: Mapping[str, Tensor]) -> Curves:
         """From a run, its stages and (N,) residuals by method."""
-        time, temperature = run.block_mean(run.time) / 3600, run.block_mean(run.temperature)
+        time, temperature = own_time(run.block_mean(run.time), float(run.time[0])) / 3600, run.block_mean(run.temperature)
         return cls(
             run.name, time.numpy(), temperature.numpy(), list(stage_names(list(stages))), {name: value.numpy() for name, value in left.items()}
         )

@@ -11,7 +11,7 @@ from zoo.report.floors import Floors, excess
 from zoo.report.trace import Trace, rms
 from zoo.report.verdict import Record, Rung, missing
 from zoo.report.wording import NONE, Scale, finite, fixed, joined, percent, significant, times
-from zoo.units import convert
+from zoo.units import convert, own_time
 
 LIKELY = 0.01
 """Candidates less probable than this are folded away."""
@@ -51,6 +51,13 @@ def celsius(pair: Any) -> str:
     return NONE if not texts else texts[0] if texts[0] == texts[-1] else f"{texts[0]} … {texts[-1]}"
 
 
+def span(region: Record) -> tuple[float | None, float | None]:
+    """Where a region begins and ends, as its run's reader counts [s]."""
+    start = finite(region.get("start_s")) or 0.0
+    begin, end = (None if time is None else float(own_time(time, start)) for time in (finite(region.get("from_s")), finite(region.get("to_s"))))
+    return begin, end
+
+
 def region_rows(where: list[Record], scale: Scale, floors: Floors | None = None) -> list[list[str]]:
     """Rank, run, stage, from [h], to [h], temperature [°C], rms, multiple of the noise floor: of these, or else of the diagnosis' own."""
     return [
@@ -58,8 +65,7 @@ def region_rows(where: list[Record], scale: Scale, floors: Floors | None = None)
             str(rank),
             str(region.get("run") or NONE),
             str(region.get("stage") or NONE),
-            hours(region.get("from_s")),
-            hours(region.get("to_s")),
+            *map(hours, span(region)),
             celsius(region.get("temperature_c")),
             scale.text(region.get("rms")),
             times(excess(region.get("rms"), floors.of("fit", str(region.get("run")))) if floors else region.get("excess")),

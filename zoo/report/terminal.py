@@ -22,7 +22,8 @@ from zoo.report.verdict import Record, Verdict, ladder, missing, rms_after, verd
 from zoo.report.wording import Scale, finite, joined
 
 COLORS = {"complete": "green", "missing": "yellow", "unknown": "red", "none": "red"}
-CANDIDATES, REGIONS, NOTES = 5, 3, 3
+CANDIDATES, REGIONS, NOTES = 5, 3, 5
+ELSEWHERE = "# the run on another, simulated gyro, to be diagnosed by itself; your own is to be diagnosed beside these"
 BAR, INDENT = 10, 2
 UNLIMITED = 10_000
 LONGEST_COMMAND = 1500
@@ -51,7 +52,8 @@ def print_diagnosis(diagnosis: Record, commands: Sequence[str] = (), console: Co
         _print_regions(out, diagnosis, scale)
         for note in merged(diagnosis.get("notes") or [], diagnosis.get("runs") or [])[:NOTES]:
             out.print(_indented(Text(note, style="dim")))
-        _print_commands(out, [*commands, *_print_experiment(out, diagnosis.get("next_experiment"))])
+        tried = _print_experiment(out, diagnosis.get("next_experiment"))
+        _print_commands(out, [*commands, *tried], ELSEWHERE if tried else "")
 
 
 def print_ladder(refinement: Record, commands: Sequence[str] = (), remark: str = "", console: Console | None = None) -> None:

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from zoo.units import convert
+from zoo.units import convert, own_time
 
 HELD_OUT = "(held out)"
 """How the name ends of pieces of a run that is fitted otherwise, see `Run.split`."""
@@ -40,8 +40,10 @@ class Trace:
 
     @property
     def hours(self) -> np.ndarray:
-        """(N,) block centres [h]."""
-        return convert(np.asarray(self.time_s, dtype=float), "s", "h")
+        """(N,) block centres [h], as the run's reader counts."""
+        time_s = np.asarray(self.time_s, dtype=float)
+        hours: np.ndarray = convert(own_time(time_s, float(time_s[0])) if len(time_s) else time_s, "s", "h")
+        return hours
 
     @property
     def held_out(self) -> bool:

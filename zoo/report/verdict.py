@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 from zoo.report.floors import WORTH_TELLING, Floors, excess
@@ -96,7 +96,27 @@ def rms_after(diagnosis: Record, traces: list[Trace], refinement: Record | None 
 
 
 def verdict_of(diagnosis: Record, refinement: Record | None = None) -> Verdict:
-    """Headline and sentences of a diagnosis, or of a refinement where there is one."""
+    """Headline and sentences of a diagnosis, or of a refinement where there is one; first of all what makes the recordings doubtful."""
+    found = _verdict(diagnosis, refinement)
+    return replace(found, sentences=[*_strangers(refinement or diagnosis), *found.sentences])
+
+
+def _strangers(record: Record) -> list[str]:
+    """Runs that the others do not predict at all."""
+    listed = record.get("strangers") or []
+    names, asked = [str(one.get("run")) for one in listed], "of the same gyro, in the same mounting and unit, with its true input?"
+    if not names:
+        return []
+    fitted = {str(name) for name in record.get("runs") or []}
+    if fitted and fitted <= set(names):
+        return [f"These runs do not go together: none is predicted from the others better than by nothing. Are they {asked}"]
+    if len(names) > 1:
+        return [f"{joined(names)} do not go with the other runs: predicted from these they are farther off than without any model. Are they {asked}"]
+    off = excess(listed[0].get("rms_from_others"), listed[0].get("rms_uncompensated"))
+    return [f"{names[0]} does not go with the other runs: predicted from these it is {times(off)} as far off as without any model. Is it {asked}"]
+
+
+def _verdict(diagnosis: Record, refinement: Record | None) -> Verdict:
     if refinement:
         return _refined(diagnosis, refinement)
     kind = diagnosis.get("verdict")
@@ -285,7 +305,7 @@ def _refined(diagnosis: Record, refinement: Record) -> Verdict:
     done = f"with {joined(added)} added" if added else "as it stands"
     if refinement.get("verdict") == "complete":
         left = _noise(excess(rungs[-1].rms if rungs else None, refinement.get("noise_floor")))
-        return Verdict("complete", f"The model is complete {done}", [f"What it leaves {left}", *_no_lower(rungs)])
+        return Verdict("complete", f"The model is complete {done}", [f"What it leaves {left}", *_checked(rungs, refinement), *_no_lower(rungs)])
     if refinement.get("borne_out") is False and (added or _near(rungs, refinement)):
         headline, sentences = _not_borne_out(rungs, refinement)
         return Verdict("unknown", f"{headline} {done}", sentences + _no_lower(rungs) + _better_without(refinement))
@@ -307,6 +327,13 @@ def _no_lower(rungs: list[Rung]) -> list[str]:
         return []
     rose = "; a fit counts slow noise for less than fast, so it can rise" if last > first * (1.0 + NOTICEABLE) else ""
     return [f"The RMS of the fitted runs is no lower with {joined([rung.added for rung in rungs if rung.added])} than without{rose}."]
+
+
+def _checked(rungs: list[Rung], refinement: Record) -> list[str]:
+    """How far from their noise what was not fitted is, where that is not close and yet borne out."""
+    ratio = excess(rungs[-1].rms_check if rungs else None, Floors.read({}, refinement).checked)
+    them = unfitted(refinement.get("check_runs"))
+    return [f"On the {them} it leaves {times(ratio)} their floor, which may be noise."] if ratio and ratio > WORTH_TELLING else []
 
 
 def _near(rungs: list[Rung], refinement: Record) -> bool:

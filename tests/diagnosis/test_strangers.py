@@ -1,0 +1,33 @@
+"""Runs of another gyro, in another unit, without their true input: told; a gyro's own runs: not."""
+
+from dataclasses import replace
+
+import pytest
+
+from zoo.diagnosis.diagnose import diagnose
+from zoo.diagnosis.refine import refine
+
+
+def renamed(runs, name, scale=1.0, shift=0.0):
+    return [replace(run, name=name, error=scale * run.error + shift) for run in runs]
+
+
+@pytest.mark.parametrize("wrong", [{"scale": 1 / 3600}, {"shift": 11.2}])
+def test_a_run_in_another_unit_or_without_its_true_input_is_a_stranger(runs, check, base, catalogue, wrong) -> None:
+    candidates = {name: catalogue[name] for name in (*base, "bias_step", "warm_up")}
+    found = diagnose([*runs("aging"), *renamed(check("aging"), "odd", **wrong)], base, candidates).record
+    assert [one["run"] for one in found["strangers"]] == ["odd"]
+    assert found["strangers"][0]["rms_from_others"] >= 0.9 * found["strangers"][0]["rms_uncompensated"]
+
+
+def test_another_gyros_check_run_is_a_stranger_and_the_gyros_own_is_not(runs, check, base, catalogue) -> None:
+    candidates = {name: catalogue[name] for name in (*base, "aging")}
+    for odd, strangers in ((check("aging"), []), (renamed(check("aging"), "other", -1.0), ["other"])):
+        record = refine(runs("aging"), odd, base, "aging", candidates).record
+        assert [one["run"] for one in record["strangers"]] == strangers
+
+
+@pytest.mark.parametrize("hidden", ["", "hysteresis", "bias_step", "chamber_cycling"])
+def test_a_gyros_own_runs_are_no_strangers(diagnosis, hidden) -> None:
+    """Not where an effect is one run's own, nor where the phase of a line is."""
+    assert diagnosis(hidden).record["strangers"] == []
