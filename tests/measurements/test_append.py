@@ -29,6 +29,16 @@ def written(source: Path, target: Path, **keywords: object) -> Path:
     return append_columns(source, target, COLUMNS, ["seconds", "twice"], doubled, filled=1, **keywords)  # type: ignore[arg-type]
 
 
+def test_what_is_added_is_written_as_the_file_writes_it(tmp_path) -> None:
+    """Semicolons and decimal commas, which spreadsheets of half of the world write."""
+    source, target = tmp_path / "a.csv", tmp_path / "out" / "a.csv"
+    source.write_text("t_ms;note, if any;temp\n1000;first;20,5\n2000;;21\n3000;1.5 V;\n")
+    written(source, target)
+    assert target.read_text() == "t_ms;note, if any;temp;seconds;twice\n1000;first;20,5;1;41\n2000;;21;2;42\n3000;1.5 V;;3;\n"
+    frame = pd.read_csv(target, sep=";", decimal=",")
+    assert frame["twice"].iloc[:2].tolist() == [41.0, 42.0]
+
+
 @pytest.mark.parametrize("chunk_bytes", [7, 1 << 20])
 @pytest.mark.parametrize("end", ["\n", "\r\n"])
 @pytest.mark.parametrize("kind", ["csv", "csv.gz"])

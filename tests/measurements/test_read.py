@@ -294,6 +294,17 @@ def test_run_names_are_unique(tmp_path: Path) -> None:
     assert names == ["x/run", "other", str(tmp_path / "y/run.csv"), str(tmp_path / "y/run.csv.gz")]
 
 
+@pytest.mark.parametrize(("mark", "point"), [(";", ","), (";", "."), ("\t", ","), ("\t", ".")])
+@pytest.mark.parametrize("kind", ["csv", "csv.gz"])
+def test_semicolons_tabs_and_decimal_commas_are_read_alike(tmp_path: Path, mark: str, point: str, kind: str) -> None:
+    data = pd.DataFrame(recording(3_000, 1.0)).round(6)
+    plain = read_runs(write_measurements(tmp_path / "a.csv", {name: data[name].to_numpy() for name in data}))[0]
+    data.to_csv(tmp_path / f"b.{kind}", sep=mark, decimal=point, index=False)
+    other = read_runs(tmp_path / f"b.{kind}")[0]
+    assert torch.equal(other.table, plain.table)
+    assert torch.equal(other.error, plain.error)
+
+
 def test_a_recording_under_two_names_counts_once(tmp_path: Path) -> None:
     """What it says would count twice."""
     for name in ("a", "copy"):

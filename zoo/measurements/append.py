@@ -95,19 +95,19 @@ def _long_enough(first_s: float, stream: Iterator[Rows]) -> Iterator[Rows]:
 
 
 def _write_csv(source: Path, path: Path, names: Sequence[str], parts: Iterator[tuple[Rows, np.ndarray]]) -> None:
-    line, end = csv_table.header(source)
+    (line, end), mark = csv_table.header(source), csv_table.Style.of(source).mark
     with path.open("wb") as raw, ExitStack() as stack:
         # Without a name and a time inside, equal data give equal files.
         binary = stack.enter_context(gzip.GzipFile("", "wb", LEVEL, raw, mtime=0)) if suffix(source) == ".csv.gz" else raw
-        binary.write(line + b"," + _header_cells(names) + end)
+        binary.write(line + mark.encode() + _header_cells(names, mark) + end)
         for part, added in parts:
             lines = csv_table.extended(b"".join(one for one in part.kept if isinstance(one, bytes)), added, source)
             binary.write(_joined(lines, end))
 
 
-def _header_cells(names: Sequence[str]) -> bytes:
+def _header_cells(names: Sequence[str], mark: str) -> bytes:
     text = io.StringIO()
-    csv.writer(text, lineterminator="").writerow(names)
+    csv.writer(text, delimiter=mark, lineterminator="").writerow(names)
     return text.getvalue().encode()
 
 

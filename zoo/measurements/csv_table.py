@@ -1,4 +1,4 @@
-"""Comma-separated text, plain or gzipped: a fast reader, and a slow one that finds the line at fault when the fast one stumbles."""
+"""Text with commas, semicolons or tabs between cells, plain or gzipped: a fast reader, and one that finds the line at fault when it stumbles."""
 
 from __future__ import annotations
 
@@ -8,6 +8,9 @@ import math
 import re
 import zlib
 from collections.abc import Iterator, Sequence
+from contextlib import suppress
+from dataclasses import dataclass
+from itertools import islice
 from pathlib import Path
 from typing import IO, NoReturn
 
@@ -28,6 +31,40 @@ _MISSING = {*pa.csv.ConvertOptions().null_values, "inf", "-inf"}
 
 _BINARY = re.compile(r"[\0-\x08\x0e-\x1f]")
 
+_MARKS, _LOOKED_AT = ",;\t", 200
+"""What may stand between cells, and rows by which it is told how decimals are written."""
+
+
+@dataclass(frozen=True)
+class Style:
+    """How a file writes its table.
+
+    Attributes:
+        mark: between the cells.
+        point: of decimals.
+    """
+
+    mark: str = ","
+    point: str = "."
+
+    @classmethod
+    def of(cls, path: Path) -> Style:
+        """By the mark that divides the header into most names; a decimal comma where semicolons or tabs leave it free and a number has one."""
+        mark, decimals = ",", False
+        with suppress(EOFError, zlib.error, csv.Error), _text(path) as file:  # a damaged file is told of by who reads on
+            mark = _mark(file.readline(1 << 20))
+            for row in islice(csv.reader(file, delimiter=mark), _LOOKED_AT if mark != "," else 0):
+                decimals |= any("," in cell and _NUMBER.fullmatch(cell.replace(",", ".", 1)) is not None for cell in row)
+        return cls(mark, "," if decimals else ".")
+
+    def plain(self, cell: str) -> str:
+        """A cell with its number as Python writes it."""
+        return cell if self.point == "." else cell.replace(".", "?").replace(",", ".")
+
+
+def _mark(line: str) -> str:
+    return max(_MARKS, key=lambda mark: len(next(csv.reader([line], delimiter=mark), [])))
+
 
 def column_names(path: Path) -> tuple[str, ...]:
     """The names in the first line.
@@ -46,9 +83,7 @@ def column_names(path: Path) -> tuple[str, ...]:
         raise InputError(f"{path}: is no text in UTF-8 but a binary file; other formats need their own ending (.csv.gz, .parquet)")
     if not line.strip():
         raise InputError(f"{path}: row 1 is blank; the header must be the first line")
-    names = tuple(name.strip() for name in next(csv.reader([line]), []))
-    if len(names) < 2 and (found := next((mark for mark in ";\t" if mark in line), None)):
-        raise InputError(f"{path}: columns are separated by {found!r}; commas are needed (and a point in decimals)")
+    names = tuple(name.strip() for name in next(csv.reader([line], delimiter=_mark(line)), []))
     if all(_NUMBER.fullmatch(name) for name in names):
         raise InputError(f"{path}, row 1: holds numbers ({line.strip()[:60]}) where a header with the columns' names is needed")
     return names
@@ -67,17 +102,18 @@ def rows(path: Path, columns: Sequence[str], chunk_bytes: int, keep: bool = Fals
     Raises:
         InputError: a line that cannot be read as numbers.
     """
-    names = column_names(path)
+    names, style = column_names(path), Style.of(path)
     # By position: the header's own text may hold blanks, foreign letters or empty names.
     wanted = [str(names.index(column)) for column in columns]
     every = [str(place) for place in range(len(names))]
-    convert = pa.csv.ConvertOptions(include_columns=wanted, column_types=dict.fromkeys(wanted, pa.float64()))
+    convert = pa.csv.ConvertOptions(include_columns=wanted, column_types=dict.fromkeys(wanted, pa.float64()), decimal_point=style.point)
+    parse = pa.csv.ParseOptions(delimiter=style.mark)
     try:
         for block, share in _blocks(path, chunk_bytes):
             if not block.strip(b"\r\n"):
                 continue
             options = pa.csv.ReadOptions(block_size=len(block) + 1, column_names=every)
-            table = pa.csv.read_csv(pa.BufferReader(block), options, convert_options=convert).combine_chunks()
+            table = pa.csv.read_csv(pa.BufferReader(block), options, parse, convert).combine_chunks()
             if table.num_rows:
                 parsed = np.column_stack([numbers(column.chunk(0)) for column in table.columns])
                 yield Rows(parsed, (block,) if keep else (), share)
@@ -118,8 +154,11 @@ def extended(lines: bytes, added: np.ndarray, path: Path) -> pa.BinaryArray:
     kept = every.filter(pc.greater(pc.binary_length(every), 0))
     if len(kept) != len(added):
         raise InputError(f"{path}: {len(added)} rows stand in {len(kept)} lines; one line a row is needed, without line breaks inside quotes")
-    cells = [pa.array(column, mask=~np.isfinite(column)).cast(pa.large_string()).cast(pa.large_binary()) for column in added.T]
-    return pc.binary_join_element_wise(kept, *cells, pa.scalar(b",", pa.large_binary()), null_handling="replace", null_replacement=b"")
+    style = Style.of(path)
+    cells = [pa.array(column, mask=~np.isfinite(column)).cast(pa.large_string()) for column in added.T]
+    cells = [(pc.replace_substring(one, ".", style.point) if style.point != "." else one).cast(pa.large_binary()) for one in cells]
+    mark = pa.scalar(style.mark.encode(), pa.large_binary())
+    return pc.binary_join_element_wise(kept, *cells, mark, null_handling="replace", null_replacement=b"")
 
 
 def _blocks(path: Path, chunk_bytes: int) -> Iterator[tuple[bytes, float]]:
@@ -175,16 +214,16 @@ def _find_fault(path: Path, columns: Sequence[str], otherwise: str, filled: int 
         InputError: always; `otherwise` is what it says where the walk finds nothing.
     """
     try:
+        style = Style.of(path)
         with _text(path) as file:
-            reader = csv.reader(file)
+            reader = csv.reader(file, delimiter=style.mark)
             names = [name.strip() for name in next(reader)]
             places = [(column, names.index(column)) for column in columns]
             last, row = -math.inf, 2
             for cells in reader:
                 if cells:
-                    last = _check_line(
-                        f"{path}, row {row}", cells, len(names), [*places[:filled], *_written(places[filled or len(places) :], cells)], last
-                    )
+                    asked = [*places[:filled], *_written(places[filled or len(places) :], cells)]
+                    last = _check_line(f"{path}, row {row}", cells, len(names), asked, last, style)
                 row = reader.line_num + 1
     except (OSError, EOFError, zlib.error, csv.Error) as error:
         raise InputError(f"{path}: cannot be read to its end ({error})") from error
@@ -196,25 +235,31 @@ def _written(places: list[tuple[str, int]], cells: list[str]) -> list[tuple[str,
     return [(column, place) for column, place in places if place >= len(cells) or cells[place].strip() not in _MISSING]
 
 
-def _check_line(where: str, cells: list[str], width: int, places: list[tuple[str, int]], last: float) -> float:
+def _advice(where: str, cell: str, is_time: bool) -> str:
+    """What to do about a cell that holds no number, where that can be guessed."""
+    if is_time and _DATE.match(cell):
+        return "; seconds are needed, no dates (in pandas: (t - t.iloc[0]).dt.total_seconds())"
+    return "; if this row holds units, delete it" if where.endswith(", row 2") and cell.strip()[:1].isalpha() else ""
+
+
+def _check_line(where: str, cells: list[str], width: int, places: list[tuple[str, int]], last: float, style: Style) -> float:
     """One line's time, once all its cells are known to be good.
 
     Raises:
         InputError: it is not.
     """
     if len(cells) != width:
-        raise InputError(f"{where}: has {len(cells)} cells, the header {width} (decimals need a point, columns a comma)")
+        raise InputError(f"{where}: has {len(cells)} cells, the header {width} (where commas stand between columns, decimals need a point)")
     for column, place in places:
         cell = cells[place]
         if not cell.strip():
             raise BadRow(f"{where}, column {column}: the cell is empty; every row needs a number here")
-        if not _NUMBER.fullmatch(cell):
+        if not _NUMBER.fullmatch(style.plain(cell)):
             kind = BadRow if cell.strip() in _MISSING else InputError
-            a_date = "; seconds are needed, no dates" if place == places[0][1] and _DATE.match(cell) else ""
-            raise kind(f"{where}, column {column}: {cell.strip()[:40]!r} is not a finite number{a_date}")
-        if math.isinf(float(cell)):
+            raise kind(f"{where}, column {column}: {cell.strip()[:40]!r} is not a finite number{_advice(where, cell, place == places[0][1])}")
+        if math.isinf(float(style.plain(cell))):
             raise BadRow(f"{where}, column {column}: {cell.strip()[:40]} is too large a number")
-    time = float(cells[places[0][1]])
+    time = float(style.plain(cells[places[0][1]]))
     if time <= last:
         raise BadRow(f"{where}, column {places[0][0]}: {time!r} follows {last!r}; the time must increase from row to row")
     return time
