@@ -348,6 +348,21 @@ def test_of_files_with_and_without_a_true_input_those_without_are_named(trained,
     assert compensate(Path("of_input"), files, "data.reference=0") == 0
 
 
+def test_columns_are_called_as_in_the_training_unless_something_else_is_said(trained, capsys) -> None:
+    frame = recording()
+    other = frame.assign(t=frame["time_s"] * 1000, imu=frame["temperature_c"] + 273.15).rename(columns={"rate_dph": "gz"})[["t", "imu", "gz"]]
+    other.to_csv("other.csv", index=False)
+    mapping = ["data.columns.time=t", "data.time_unit=ms", "data.columns.temperature=imu", "data.temperature_unit=k"]
+    mapping += ["data.columns.output=gz", "data.output_unit=dph"]
+    assert run("train", ["model=polynomial", "data.files=[other.csv]", *mapping, "hydra.run.dir=mapped"]) == 0
+    frame.to_csv("a.csv", index=False)
+    for name, more in (("other", []), ("other", mapping), ("a", [])):
+        assert compensate(Path("mapped"), f"data.files=[{name}.csv]", *more) == 0
+        left = pd.read_csv(f"out/{name}.csv")
+        assert left.filter(like="_compensated").std().iloc[0] < 0.06
+    assert compensate(Path("mapped"), "data.files=[other.csv]", "data.columns.time=t") == 2
+
+
 def test_a_file_of_a_gyro_that_was_off_is_told(trained, capsys) -> None:
     recording().assign(rate_dph=0.0).to_csv("a.csv", index=False)
     assert compensate(trained["polynomial"], "data.files=[a.csv]") == 0

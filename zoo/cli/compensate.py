@@ -14,7 +14,7 @@ from rich.text import Text
 
 from zoo.artifacts import write_json
 from zoo.catalog import load_ranges
-from zoo.cli.saved_models import SavedModel, find_model
+from zoo.cli.saved_models import SavedModel, command_config, find_model
 from zoo.errors import BadRow, InputError
 from zoo.export.narrowed import narrowed
 from zoo.measurements.files import find_files, run_names, suffix
@@ -31,6 +31,8 @@ from zoo.threads import threads_for
 from zoo.units import own_time, symbol
 
 RESULT = "compensation.json"
+UNITS = ("output_unit", "time_unit", "temperature_unit")
+"""Settings of columns whose names do not tell their units."""
 STEPS = 1000
 """Of the progress bar."""
 
@@ -49,7 +51,7 @@ def run(config: DictConfig, out: Path) -> Path:
     data: dict[str, Any] = OmegaConf.to_container(config.data, resolve=True)  # type: ignore[assignment]
     check_settings(data["reference"], data["average_s"], data["gap_s"], data["bad_rows"])
     saved = find_model("run", str(config.run))
-    layouts = _layouts(data)
+    layouts = _layouts(_as_trained(data, saved))
     targets = _targets([one.path for one in layouts], out)
     with threads_for(0):
         compensator = _compensator(saved, device)
@@ -66,6 +68,24 @@ def run(config: DictConfig, out: Path) -> Path:
     _draw(targets, layouts, done)
     _print(facts)  # last: who reads it may have gone
     return targets[0] if len(targets) == 1 else out
+
+
+def _as_trained(data: dict[str, Any], saved: SavedModel) -> dict[str, Any]:
+    """The settings with columns called as in the training, where nothing is said of any and all files have these."""
+    path = command_config(saved.folder)
+    if path is None or _called(data):
+        return data
+    known: dict[str, Any] = OmegaConf.to_container(OmegaConf.load(path), resolve=False)  # type: ignore[assignment]
+    called = _called(known.get("data") or {})
+    names = {*called.get("columns", {}).values()}
+    return data | called if all(names <= {*column_names(one)} for one in find_files(data["files"])) else data
+
+
+def _called(data: dict[str, Any]) -> dict[str, Any]:
+    """What is said of the columns' names and units."""
+    columns = {role: name for role, name in (data.get("columns") or {}).items() if name is not None}
+    units = {key: data[key] for key in UNITS if data.get(key) is not None}
+    return ({"columns": columns} if columns else {}) | units
 
 
 def _layouts(data: dict[str, Any]) -> list[Layout]:
