@@ -450,6 +450,11 @@ def test_values_with_commas_between_them_are_a_list_or_a_sweep(told) -> None:
     assert "runs=a,b: one list is 'runs=[a,b]'; a job for each is -m runs=a,b" in told("runs=a,b", "data.files=[c.csv]", verb="compare")
 
 
+@pytest.mark.parametrize("files", ["[a.csv,b.csv", "[a.csv]]"])
+def test_a_bracket_too_few_or_too_many_is_said(told, files) -> None:
+    assert f"data.files={files}: a bracket is open, or one too many closed" in told(f"data.files={files}")
+
+
 def test_one_candidate_needs_no_brackets(tmp_path) -> None:
     path = written(tmp_path / "a.csv", table())
     assert run("diagnose", [f"data.files=[{path}]", "candidates=warm_up", f"hydra.run.dir={tmp_path / 'out'}"]) == 0

@@ -16,6 +16,7 @@ from zoo.report.comparison_table import print_comparison
 from zoo.report.comparison_words import distance, extrapolations, goes_with, headline, leaders, sentences, statement, useless
 from zoo.report.palette import MEASURED, styled
 from zoo.report.run_figure import Curves, halves, run_figure
+from zoo.report.wording import Scale
 
 STAGES = ("hold", "heating", "cooling", "edge", "whole")
 RUNS = ("check", "other")
@@ -289,3 +290,19 @@ def test_runs_that_were_fitted_are_no_judges() -> None:
 def test_what_is_left_goes_with_what_has_most_of_it() -> None:
     assert goes_with(method("m", 1.0)) == "Of the mean square that is left, 60 % goes with temperature and 20 % is a constant, which overlap."
     assert goes_with(method("m", 0.05)) == "What is left is about noise."
+
+
+def test_small_values_have_one_power_of_ten_everywhere() -> None:
+    of = document(2)
+    for one in of["methods"]:
+        one["rms"] = {key: [1e-6 * end for end in value] if key == "interval" else 1e-6 * value for key, value in one["rms"].items()}
+    of |= {"noise_floor": 1e-7, "rms": {name: 1e-6 * value for name, value in of["rms"].items()}}
+    scale = scale_of(of)
+    assert scale.label == Scale.of("dph", 1e-7, 1e-7).label != "°/h"
+    console = Console(file=io.StringIO(), width=80)
+    print_comparison(of, console)
+    text = console.file.getvalue()  # type: ignore[attr-defined]
+    assert f"[{scale.label}]" in text
+    assert " 123. " in " ".join(text.split()) + " "
+    assert "1123 " in text
+    assert not {"e-", "e+"} & {text[i : i + 2] for i in range(len(text))}

@@ -62,6 +62,7 @@ def run(config: DictConfig, out: Path) -> Path:
     _write(out, document, scored, stages)
     path = write_text(out / "comparison.csv", _csv(scored.rows, ["run", "stage", "blocks", *document["rms"]]))
     _print(document)  # last: who reads it may have gone
+    print(f"page: {out / 'comparison.html'}")
     return path
 
 

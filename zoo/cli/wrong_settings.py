@@ -215,6 +215,8 @@ def instead(error: BaseException) -> str | None:
         files = [one for one in sys.argv[1:] if one.lower().endswith(SUFFIXES) and "=" not in one]
         meant = f"; files go into {shlex.quote(listed('data.files', files))}" if error.override in files else " (--cfg job prints all keys)"
         return f"'{error.override}' is no setting; settings are key=value{meant}"
+    if _half_typed(error.override.partition("=")[2]):
+        return f"{error.override}: a bracket is open, or one too many closed"
     quoted = _quoted(error.override)
     if quoted is None:
         return None
@@ -230,7 +232,7 @@ def _quoted(override: str) -> str | None:
         OverridesParser.create().parse_override(quoted)
     except HydraException:
         return None
-    return quoted if quoted != override and not _half_typed(value) else None
+    return quoted if quoted != override else None
 
 
 def _half_typed(value: str) -> bool:

@@ -22,7 +22,7 @@ class WarmUp(Effect):
     runs_together = True
     place = "housing"
     shape = (
-        Parameter("time", 1200.0, "s", 60.0, 7200.0, "log", source="prior: τ1 1–3 min, τ2 10–40 min", meaning="e-folding time"),
+        Parameter("time", 1200.0, "s", 60.0, 5400.0, "log", source="prior: the body 10–40 min", meaning="e-folding time"),
         Parameter("run", 0.0, "1", -100.0, 100.0, "index", "an index", "the one that began cold, negative: the one that did not", usual=True),
     )
     amplitudes = (

@@ -46,7 +46,7 @@ def write_comparison(out: Path, document: Record, curves: list[Curves]) -> Path:
 def scale_of(document: Record) -> Scale:
     """How this comparison writes the output's values."""
     best = min(one["rms"]["median"] for one in document["methods"])
-    return Scale.of(document["unit"], document["noise_floor"] / FINER, best / FINER)
+    return Scale.of(document["unit"], document["noise_floor"], best, FINER)
 
 
 def seeds_drawn(document: Record, scale: Scale) -> Figure:

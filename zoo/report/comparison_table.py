@@ -9,11 +9,10 @@ from rich.table import Table
 from rich.text import Text
 
 from zoo.report.comparison_figure import UNCOMPENSATED
-from zoo.report.comparison_page import stage_rows
+from zoo.report.comparison_page import scale_of, stage_rows
 from zoo.report.comparison_words import judges, notes, statement, whole_noise
 from zoo.report.wording import times
 from zoo.scoring.comparison import TOGETHER
-from zoo.units import symbol
 
 UNLIMITED = 10_000
 STATED = 6
@@ -28,11 +27,13 @@ def print_comparison(document: dict[str, Any], console: Console | None = None) -
         console: to print on; by default the standard output.
     """
     out = console or Console(highlight=False)
-    title = f"RMS of the error [{symbol(document['unit'])}], {document['average_s']:g} s means"
+    scale = scale_of(document)
+    title = f"RMS of the error [{scale.label}], {document['average_s']:g} s means"
     out.print(Text(f"\n{title}{', median over seeds' if any(one['distinct'] > 1 for one in document['methods']) else ''}", style="bold"))
-    labels, rows = _labels(document), stage_rows(document)
+    labels = _labels(document)
+    rows = [row | {name: row[name][0] * scale.factor for name in labels} for row in stage_rows(document)]
     runs = [run for run in dict.fromkeys(row["run"] for row in rows) if run not in TOGETHER]
-    tables = [*(_table(run, [row for row in rows if row["run"] == run], labels) for run in runs), _summary(document, labels)]
+    tables = [*(_table(run, [row for row in rows if row["run"] == run], labels) for run in runs), _summary(document, labels, scale.factor)]
     # A file or a pipe has no width, and a line that is too long is better than numbers cut in the middle.
     needed = max(out.measure(table, options=out.options.update(width=UNLIMITED)).maximum for table in tables)
     for table in tables:
@@ -58,29 +59,27 @@ def _table(run: str, rows: list[dict[str, Any]], labels: dict[str, str]) -> Tabl
     """Best values are bold; names are folded where the line is too short."""
     table = _blank(run)
     for row in rows:
-        table.add_column(
-            row["stage"], justify="right", no_wrap=True, min_width=max(len(row["stage"]), *(len(_number(row[name][0])) for name in labels))
-        )
+        table.add_column(row["stage"], justify="right", no_wrap=True, min_width=max(len(row["stage"]), *(len(_number(row[name])) for name in labels)))
     table.add_row(Text("blocks", style="dim"), *(Text(str(row["blocks"]), style="dim") for row in rows))
     for name, label in labels.items():
-        table.add_row(Text(label), *(_cell(row[name][0], min(row[one][0] for one in labels)) for row in rows))
+        table.add_row(Text(label), *(_cell(row[name], min(row[one] for one in labels)) for row in rows))
     return table
 
 
-def _summary(document: dict[str, Any], labels: dict[str, str]) -> Table:
+def _summary(document: dict[str, Any], labels: dict[str, str], factor: float) -> Table:
     """The runs that decide: the median, the range of 90 % of the seeds, and the distance from the noise."""
     table = _blank(judges(document))
     several = any(one["distinct"] > 1 for one in document["methods"])
     for head in ("RMS", *(["90 % of seeds"] if several else []), "× floor"):
         table.add_column(head, justify="right", no_wrap=True)
     empty = [""] if several else []
-    bare, floor = document["rms"][UNCOMPENSATED], document["noise_floor"]
+    bare, floor = document["rms"][UNCOMPENSATED] * factor, document["noise_floor"] * factor
     table.add_row(Text("noise floor" if whole_noise(document) else "noise floor, white", style="dim"), Text(_number(floor), style="dim"), *empty, "")
     table.add_row(UNCOMPENSATED, _number(bare), *empty, times(bare / floor))
-    best = document["methods"][0]["rms"]["median"]
-    for one in document["methods"]:
-        spread = [f"{_number(one['rms']['low'])} … {_number(one['rms']['high'])}"] if one["distinct"] > 1 else empty
-        table.add_row(Text(labels[one["name"]]), _cell(one["rms"]["median"], best), *spread, times(one["excess"]))
+    medians = [one["rms"]["median"] * factor for one in document["methods"]]
+    for one, median in zip(document["methods"], medians, strict=True):
+        spread = [" … ".join(_number(one["rms"][end] * factor) for end in ("low", "high"))] if one["distinct"] > 1 else empty
+        table.add_row(Text(labels[one["name"]]), _cell(median, medians[0]), *spread, times(one["excess"]))
     return table
 
 
@@ -95,4 +94,4 @@ def _cell(value: float, best: float) -> Text:
 
 
 def _number(value: float) -> str:
-    return f"{value:#.3g}"
+    return f"{value:#.3g}" if value < 999.5 else f"{value:.0f}"

@@ -146,17 +146,18 @@ class Scale:
     decimals: int = 4
 
     @classmethod
-    def of(cls, unit: Any, floor: Any, rms: Any) -> Scale:
+    def of(cls, unit: Any, floor: Any, rms: Any, finer: float = 1.0) -> Scale:
         """Two to three significant digits of the noise floor, or of an RMS far above it.
 
         Args:
             unit: the output's suffix.
             floor: noise floor [unit].
             rms: RMS of the residual [unit].
+            finer: share of these that is worth writing as well.
         """
         resolution = max(finite(floor) or 0.0, 0.03 * (finite(rms) or 0.0)) or 1.0
-        digits = math.floor(math.log10(resolution / 2))
-        exponent = 0 if -5 < digits < 6 else 3 * (digits // 3)
+        exponent = 0 if -5 < (coarse := math.floor(math.log10(resolution / 2))) < 6 else 3 * (coarse // 3)
+        digits = math.floor(math.log10(resolution / finer / 2))
         return cls(unit_symbol(unit), exponent, max(0, 1 - digits + exponent))
 
     @property
