@@ -3,6 +3,7 @@
 from dataclasses import replace
 
 import pytest
+import torch
 
 from zoo.diagnosis.diagnose import diagnose
 from zoo.diagnosis.refine import refine
@@ -31,3 +32,11 @@ def test_another_gyros_check_run_is_a_stranger_and_the_gyros_own_is_not(runs, ch
 def test_a_gyros_own_runs_are_no_strangers(diagnosis, hidden) -> None:
     """Not where an effect is one run's own, nor where the phase of a line is."""
     assert diagnosis(hidden).record["strangers"] == []
+
+
+def test_kelvins_called_degrees_are_told(runs, base, catalogue) -> None:
+    given = runs("aging")
+    hot = [replace(run, table=torch.cat([run.table[:, :1], run.table[:, 1:2] + 273.15, run.table[:, 2:]], dim=1)) for run in given]
+    cool, found = (diagnose(one, base, {name: catalogue[name] for name in (*base, "aging")}).record["hot"] for one in (given, hot))
+    assert cool == {}
+    assert found == pytest.approx({run.name: float(run.temperature.max()) for run in hot})

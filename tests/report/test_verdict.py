@@ -27,6 +27,13 @@ def test_runs_that_do_not_go_with_the_others_come_first() -> None:
     assert verdict_of({}, {**refined([0.2]), "strangers": [one]}).sentences[0].startswith("a does not go with")
 
 
+def test_temperatures_in_another_unit_come_before_anything_else() -> None:
+    of: Record = {"verdict": "complete", "hot": {"a": 331.4}, "strangers": [{"run": "b", "rms_from_others": 3.0, "rms_uncompensated": 1.5}]}
+    first, second, *_ = verdict_of(of).sentences
+    assert first.startswith("a reaches 331 °C: if that is °F or K, say so first")
+    assert second.startswith("b does not go with")
+
+
 def test_what_is_left_of_check_runs_beyond_their_floor_is_said() -> None:
     for check, told in ((1.2, False), (1.3, True)):
         of = refined([None, check], verdict="complete", borne_out=True, noise_floor=0.1, noise_floor_check=1.0)

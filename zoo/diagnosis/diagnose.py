@@ -22,14 +22,13 @@ from zoo.diagnosis.preparation import check_swing, without_spikes
 from zoo.diagnosis.regions import regions, runs_rms
 from zoo.diagnosis.search import Search, settle, what_helps
 from zoo.diagnosis.solved import Solved
-from zoo.diagnosis.strangers import strangers
+from zoo.diagnosis.strangers import strangers, too_hot
 from zoo.diagnosis.structure import Structure, examine
 from zoo.diagnosis.trials import Step, Trial
 from zoo.diagnosis.workbench import Workbench
 from zoo.effects.base import Effect
 from zoo.errors import InputError, nearest
 from zoo.fitting.noise import floors_of, noise_of
-from zoo.measurements.read import HOTTEST_C
 from zoo.measurements.run import Run
 from zoo.scoring.noise import effective_samples
 from zoo.side_by_side import side_by_side
@@ -161,6 +160,7 @@ def diagnose(runs: list[Run], effects: list[str], catalogue: dict[str, Effect], 
         "detection_limits": {name: _limit(limit) for name, limit in limits.items()},
         "where": regions(bench.runs, shown.residual, floors),
         "strangers": strangers(bench, (base, found.final)),
+        "hot": too_hot(bench.runs),
         "next_experiment": None,
         "unexplained": [],
         "parameters": fitted_parameters(found.final, runs[0].unit),
@@ -184,8 +184,6 @@ def _unequal(floors: dict[str, float]) -> list[str]:
 
 def _experiment(bench: Workbench, found: Search, record: dict[str, Any], progress: Callable[[str], None]) -> Proposal | None:
     """The run that would tell apart what these do not; None where nothing is open."""
-    if max(float(run.temperature.max()) for run in bench.runs) > HOTTEST_C:
-        return None  # in another unit, most likely: no chamber should go there
     twins = {entry["effect"]: entry["indistinguishable_from"] for entry in record["candidates"] if entry["effect"] in found.missing}
     rivals = rivals_of(bench, found, twins)
     if len(rivals) < 2:

@@ -14,7 +14,7 @@ from zoo.diagnosis.parameters import fitted_parameters
 from zoo.diagnosis.preparation import reference_varies
 from zoo.diagnosis.regions import runs_rms
 from zoo.diagnosis.solved import Solved
-from zoo.diagnosis.strangers import strangers
+from zoo.diagnosis.strangers import strangers, too_hot
 from zoo.diagnosis.structure import Structure, examine
 from zoo.diagnosis.workbench import VARIED_REFERENCE, Workbench
 from zoo.effects.base import Effect
@@ -149,6 +149,7 @@ def _record(bench: Workbench, solutions: list[Solved], structure: Structure, che
         "verdict": "complete" if structure.is_noise and borne_out else "unknown",
         "borne_out": borne_out,
         "strangers": strangers(bench, solutions, check_runs),
+        "hot": too_hot([*bench.runs, *check_runs]),
         "beyond": beyond(solutions[-1].model, bench.runs, check_runs),
         "parameters": fitted_parameters(solutions[-1], bench.runs[0].unit),
     }

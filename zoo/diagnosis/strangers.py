@@ -1,4 +1,4 @@
-"""Runs that do not go with the others: of another gyro, say, in another unit, or without their true input."""
+"""Runs to doubt: that do not go with the others, being of another gyro, say, or without their true input; and that no gyro would stand."""
 
 from __future__ import annotations
 
@@ -11,6 +11,7 @@ from zoo.diagnosis.cross_validation import from_other_runs
 from zoo.diagnosis.solved import Solved
 from zoo.diagnosis.workbench import Workbench
 from zoo.fitting.noise import floor_of
+from zoo.measurements.read import HOTTEST_C
 from zoo.measurements.run import Run
 from zoo.models.prediction import predict_blocks
 
@@ -38,6 +39,12 @@ def strangers(bench: Workbench, models: Sequence[Solved], check_runs: Iterable[R
         left = min(_rms(run.block_mean(run.error) - predict_blocks(one.model, run)) for one in models)
         listed += [_said(run, left)] if _is_strange(run, left, models[-1]) else []
     return sorted(listed, key=lambda one: -one["rms_from_others"] / one["rms_uncompensated"])
+
+
+def too_hot(runs: Iterable[Run]) -> dict[str, float]:
+    """The highest reading of a thermometer [°C] in runs where it is another unit's, most likely, by name."""
+    highest = {run.name: float(run.select(list(run.thermometers)).max()) for run in runs}
+    return {name: value for name, value in highest.items() if value > HOTTEST_C}
 
 
 def _odd(bench: Workbench, models: Sequence[Solved], places: list[int]) -> dict[int, float]:

@@ -98,7 +98,17 @@ def rms_after(diagnosis: Record, traces: list[Trace], refinement: Record | None 
 def verdict_of(diagnosis: Record, refinement: Record | None = None) -> Verdict:
     """Headline and sentences of a diagnosis, or of a refinement where there is one; first of all what makes the recordings doubtful."""
     found = _verdict(diagnosis, refinement)
-    return replace(found, sentences=[*_strangers(refinement or diagnosis), *found.sentences])
+    of = refinement or diagnosis
+    return replace(found, sentences=[*_hot(of), *_strangers(of), *found.sentences])
+
+
+def _hot(record: Record) -> list[str]:
+    """Runs whose temperatures are most likely in another unit."""
+    hot = {str(name): value for name, value in (record.get("hot") or {}).items()}
+    if not hot:
+        return []
+    reach = f"{joined(hot)} reach{'es' if len(hot) == 1 else ''} {max(hot.values()):.0f} °C"
+    return [f"{reach}: if that is °F or K, say so first (data.temperature_unit=f or k, or by the column's name); else go on."]
 
 
 def _strangers(record: Record) -> list[str]:

@@ -84,6 +84,12 @@ def test_nothing_is_proposed_for_one_explanation_or_for_two_that_are_the_same(be
     assert propose(bench, [rivals[0], replace(rivals[0])]) is None
 
 
+def test_no_chamber_is_asked_for_kelvins_called_degrees(bench: Workbench, rivals: list[Solved], monkeypatch) -> None:
+    hot = [replace(run, table=run.table + torch.tensor([0.0, 273.15, *[0.0] * (len(run.columns) - 2)])) for run in bench.runs]
+    monkeypatch.setattr(bench, "runs", hot)
+    assert propose(bench, rivals) is None
+
+
 def test_the_cheapest_of_the_runs_that_are_enough() -> None:
     slow, quick, weak = weighed("slow", 20.0, p01=4000.0), weighed("quick", 5.0, p01=60.0), weighed("weak", 1.0, p01=9.0)
     assert choose([slow, quick, weak], 2) is quick

@@ -14,6 +14,7 @@ from zoo.diagnosis.experiment.prediction import Predicted, predicted
 from zoo.diagnosis.experiment.proposal import Proposal
 from zoo.diagnosis.experiment.refit import told_by_refit
 from zoo.diagnosis.solved import Solved
+from zoo.diagnosis.strangers import too_hot
 from zoo.diagnosis.workbench import Workbench
 from zoo.fitting.parameters import parameters_of
 
@@ -78,10 +79,11 @@ def propose(bench: Workbench, rivals: Sequence[Solved]) -> Proposal | None:
         rivals: explanations that these leave open, fitted to them, the likeliest first; no more than `MOST_RIVALS` are looked at.
 
     Returns:
-        None where there are fewer than two rivals, or where no run of the family would tell any of them apart.
+        None where there are fewer than two rivals, where no run of the family would tell any of them apart, or where the temperatures are in another
+        unit, most likely: no chamber should go there.
     """
     chosen = list(rivals)[:MOST_RIVALS]
-    if len(chosen) < 2:
+    if len(chosen) < 2 or too_hot(bench.runs):
         return None
     known, old = circumstances_of(bench.runs), Old([[rival] for rival in chosen])
     weighed = [weigh(bench, known, old, one) for one in family(known)]
