@@ -297,6 +297,9 @@ def test_a_run_is_read_once_and_no_fitted_one_checks(told, tmp_path) -> None:
         assert "a.csv: is named twice" in told(f"data.files=[{files}]")
     for checks in (path, again, tmp_path / "*.csv"):
         assert "a.csv is in data.files too" in told(f"data.files=[{path}]", f"data.check_files=[{checks}]")
+    copy = tmp_path / "nowhere" / "copy.csv"
+    copy.write_bytes(path.read_bytes())
+    assert "a and copy hold the same recording" in told(f"data.files=[{path}]", f"data.check_files=[{copy}]")
 
 
 # What runs cannot tell

@@ -361,6 +361,19 @@ def test_columns_are_called_as_in_the_training_unless_something_else_is_said(tra
         left = pd.read_csv(f"out/{name}.csv")
         assert left.filter(like="_compensated").std().iloc[0] < 0.06
     assert compensate(Path("mapped"), "data.files=[other.csv]", "data.columns.time=t") == 2
+    frame.assign(time_ms=1000 * frame.pop("time_s")).to_csv("ms.csv", index=False)
+    assert compensate(Path("mapped"), "data.files=[ms.csv]") == 0, "a unit goes with the column that had it"
+
+
+def test_what_only_the_training_had_need_not_be_there(capsys) -> None:
+    """The true input, say, which flies nowhere."""
+    frame = recording().rename(columns={"time_s": "t"})
+    frame.assign(truth=1.0, rate_dph=frame["rate_dph"] + 1.0).to_csv("trained.csv", index=False)
+    frame.to_csv("flown.csv", index=False)
+    mapping = ["data.columns.time=t", "data.columns.reference=truth"]
+    assert run("train", ["model=polynomial", "data.files=[trained.csv]", *mapping, "hydra.run.dir=mapped"]) == 0
+    assert compensate(Path("mapped"), "data.files=[flown.csv]") == 0
+    assert "columns as in the training: time=t" in capsys.readouterr().err
 
 
 def test_a_file_of_a_gyro_that_was_off_is_told(trained, capsys) -> None:

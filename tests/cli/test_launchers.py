@@ -24,6 +24,7 @@ from omegaconf import OmegaConf
 from zoo.catalog import config_folder
 from zoo.cli import application
 from zoo.cli.interrupts import MESSAGE
+from zoo.cli.wrong_settings import check_proposals
 
 SCHEMAS = {
     "launcher/joblib": "hydra_joblib_launcher.config.JobLibLauncherConf",
@@ -167,6 +168,14 @@ def test_optuna_without_a_range_to_propose_from_is_refused(typed: list[str], cap
     """All trials would be the same."""
     assert application.run("train", ["-m", "hydra/sweeper=optuna", "model=bp", *typed, "data.files=[a.csv]"]) == 2
     assert "no setting is given as a range to propose values from" in capsys.readouterr().err
+
+
+def test_optuna_is_asked_nothing_where_it_has_nothing_to_do(capsys) -> None:
+    """One job, and settings of a search that are given as such."""
+    check_proposals(["--cfg", "job", "hydra/sweeper=optuna"])
+    check_proposals(["-m", "hydra/sweeper=optuna", "model.hidden=range(2,5)"])
+    check_proposals(["-m", "hydra/sweeper=optuna", "++hydra.sweeper.params={model.hidden: 'range(2,5)'}"])
+    check_proposals(["-m", "hydra/sweeper=optuna", "experiment=mine"])
 
 
 @pytest.mark.slow

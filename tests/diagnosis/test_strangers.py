@@ -5,8 +5,13 @@ from dataclasses import replace
 import pytest
 import torch
 
+from zoo.catalog import build
 from zoo.diagnosis.diagnose import diagnose
 from zoo.diagnosis.refine import refine
+from zoo.simulator.gyros.presets import MEDIUM
+from zoo.simulator.in_process import as_run
+from zoo.simulator.laboratory.profiles import campaign, tour
+from zoo.simulator.simulate import simulate
 
 
 def renamed(runs, name, scale=1.0, shift=0.0):
@@ -16,9 +21,19 @@ def renamed(runs, name, scale=1.0, shift=0.0):
 @pytest.mark.parametrize("wrong", [{"scale": 1 / 3600}, {"shift": 11.2}])
 def test_a_run_in_another_unit_or_without_its_true_input_is_a_stranger(runs, check, base, catalogue, wrong) -> None:
     candidates = {name: catalogue[name] for name in (*base, "bias_step", "warm_up")}
-    found = diagnose([*runs("aging"), *renamed(check("aging"), "odd", **wrong)], base, candidates).record
-    assert [one["run"] for one in found["strangers"]] == ["odd"]
-    assert found["strangers"][0]["rms_from_others"] >= 0.9 * found["strangers"][0]["rms_uncompensated"]
+    own, odd = runs("aging"), renamed(check("aging"), "odd", **wrong)
+    assert [one["run"] for one in diagnose([*own, *odd], base, candidates).record["strangers"]] == ["odd"]
+    two = diagnose([own[0], *odd], base, candidates).record["strangers"]
+    assert {one["run"] for one in two} == {own[0].name, "odd"}, "of two nobody knows which"
+
+
+def test_runs_at_other_temperatures_say_nothing_of_each_other(base, catalogue) -> None:
+    """Of one gyro, each in a range of its own: what the others say there they only extrapolate."""
+    narrow = [tour(low, [(high, 1.0, 3600), (low, 1.0, 3600)], 3600) for low, high in ((-40, -20), (10, 25), (45, 65))]
+    program = campaign(narrow, narrow[1])
+    present = {name: catalogue[name] for name in base}
+    apart = simulate(MEDIUM, program, present, build("noise", "gyro"), catalogue=catalogue, runs=3, seed=1, sample_s=20.0)
+    assert diagnose([as_run(run) for run in apart.runs], base, catalogue).record["strangers"] == []
 
 
 def test_another_gyros_check_run_is_a_stranger_and_the_gyros_own_is_not(runs, check, base, catalogue) -> None:

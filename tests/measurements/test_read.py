@@ -15,6 +15,7 @@ import torch
 
 from zoo.errors import InputError
 from zoo.measurements import read, table
+from zoo.measurements.csv_table import Style
 from zoo.measurements.read import read_runs
 from zoo.measurements.run import Run
 from zoo.measurements.write import write_measurements
@@ -294,6 +295,23 @@ def test_run_names_are_unique(tmp_path: Path) -> None:
     assert names == ["x/run", "other", str(tmp_path / "y/run.csv"), str(tmp_path / "y/run.csv.gz")]
 
 
+@pytest.mark.parametrize(
+    ("header", "row", "style"),
+    [
+        ("time_s;temperature_c, main;rate_dph, raw", "0,5;20,5;1,5", (";", ",")),
+        ('time_s,temperature_c,"rate;x;y;z"', "0.5,20,1", (",", ".")),
+        ("time_s\ttemperature_c\tnote", "0.5\t20.5\t1,5", ("\t", ".")),
+        ("time_s\ttemperature_c\tpulses", "0.5\t20.5\t12,345", ("\t", ".")),
+        ("time_s;temperature_c;rate_dph", "1;20;3", (";", ".")),
+        (",".join(f"a_column_of_many_{i}" for i in range(10_000)), "1,2", (",", ".")),
+        ("time_s,temperature_c,rate_dph", "", (",", ".")),
+    ],
+)
+def test_how_a_table_is_written_is_told_by_its_numbers(tmp_path: Path, header: str, row: str, style: tuple[str, str]) -> None:
+    (tmp_path / "a.csv").write_text(f"{header}\n{row}\n")
+    assert Style.of(tmp_path / "a.csv") == Style(*style)
+
+
 @pytest.mark.parametrize(("mark", "point"), [(";", ","), (";", "."), ("\t", ","), ("\t", ".")])
 @pytest.mark.parametrize("kind", ["csv", "csv.gz"])
 def test_semicolons_tabs_and_decimal_commas_are_read_alike(tmp_path: Path, mark: str, point: str, kind: str) -> None:
@@ -311,6 +329,9 @@ def test_a_recording_under_two_names_counts_once(tmp_path: Path) -> None:
         write_measurements(tmp_path / f"{name}.csv", recording(100, 1.0))
     with pytest.raises(InputError, match="a and copy hold the same recording; leave one of them out"):
         read_runs([tmp_path / "a.csv", tmp_path / "copy.csv"])
+    write_measurements(tmp_path / "copy.csv", recording(100, 1.0) | {"supply_v": np.linspace(4.9, 5.1, 100)})
+    write_measurements(tmp_path / "a.csv", recording(100, 1.0) | {"supply_v": np.linspace(4.9, 5.2, 100)})
+    assert len(read_runs([tmp_path / "a.csv", tmp_path / "copy.csv"])) == 2, "of a gyro without noise, at another supply"
 
 
 def test_a_run_counts_once(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

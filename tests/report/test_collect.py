@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 import torch
@@ -44,3 +46,13 @@ def test_elsewhere_the_model_predicts(model) -> None:
     (trace,) = traces([run], "check", model)
     assert trace.refined is None
     np.testing.assert_array_equal(trace.model, predict_blocks(model, run))
+
+
+def test_hours_are_those_of_the_run_whatever_its_clock_counts_from(model) -> None:
+    """Also of a piece of it, as is held out: that begins later in the run."""
+    run = recorded("run_1", 12)
+    run.block[: 4 * BLOCK], run.block[4 * BLOCK :] = -1, torch.arange(8 * BLOCK) // BLOCK
+    later = replace(run, table=run.table + torch.tensor([1.7e9, 0.0, 0.0], dtype=torch.float64))
+    own, other = (traces([one], "check", model)[0].hours for one in (run, later))
+    np.testing.assert_allclose(own, other, atol=1e-6)
+    assert own[0] == pytest.approx(4.5 * BLOCK * STEP_S / 3600, rel=0.02)

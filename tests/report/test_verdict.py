@@ -19,8 +19,8 @@ def test_runs_that_do_not_go_with_the_others_come_first() -> None:
     of: Record = {"verdict": "complete", "runs": ["a", "b", "c"]}
     one, two, three = ({"run": name, "rms_from_others": 3.0, "rms_uncompensated": 1.5} for name in of["runs"])
     first = lambda strangers: verdict_of({**of, "strangers": strangers}).sentences[0]  # noqa: E731
-    assert first([one]).startswith("a does not go with the other runs: predicted from these it is 2.0× as far off as without any model.")
-    assert first([one, two]).startswith("a and b do not go with the other runs")
+    assert first([one]).startswith("a does not go with the other runs: it is predicted from these no better than without any model. Is it of")
+    assert first([one, two]).startswith("a and b do not go with the other runs: they are predicted from these no better")
     assert first([one, two, three]).startswith("These runs do not go together")
     assert first([{**one, "run": "check"}]).startswith("check does not go with")
     assert "go" not in first([])

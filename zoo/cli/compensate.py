@@ -31,8 +31,8 @@ from zoo.threads import threads_for
 from zoo.units import own_time, symbol
 
 RESULT = "compensation.json"
-UNITS = ("output_unit", "time_unit", "temperature_unit")
-"""Settings of columns whose names do not tell their units."""
+UNITS = {"output": "output_unit", "time": "time_unit", "temperature": "temperature_unit"}
+"""Columns that every file needs, and the settings of their units where their names do not tell them."""
 STEPS = 1000
 """Of the progress bar."""
 
@@ -71,20 +71,24 @@ def run(config: DictConfig, out: Path) -> Path:
 
 
 def _as_trained(data: dict[str, Any], saved: SavedModel) -> dict[str, Any]:
-    """The settings with columns called as in the training, where nothing is said of any and all files have these."""
+    """The settings with columns called as in the training, where nothing is said of any and all files have these; in words if so."""
     path = command_config(saved.folder)
     if path is None or _called(data):
         return data
     known: dict[str, Any] = OmegaConf.to_container(OmegaConf.load(path), resolve=False)  # type: ignore[assignment]
-    called = _called(known.get("data") or {})
-    names = {*called.get("columns", {}).values()}
-    return data | called if all(names <= {*column_names(one)} for one in find_files(data["files"])) else data
+    called, files = _called(known.get("data") or {}), [{*column_names(one)} for one in find_files(data["files"])]
+    columns = {role: name for role, name in called.get("columns", {}).items() if role in UNITS or all(name in one for one in files)}
+    if not columns or not all(name in one for name in columns.values() for one in files):
+        return data
+    told = ", ".join(f"{role}={name}" for role, name in columns.items())
+    Console(stderr=True).print(Text(f"columns as in the training: {told}"), style="dim", soft_wrap=True, highlight=False)
+    return data | {"columns": columns} | {unit: called[unit] for role, unit in UNITS.items() if role in columns and unit in called}
 
 
 def _called(data: dict[str, Any]) -> dict[str, Any]:
     """What is said of the columns' names and units."""
     columns = {role: name for role, name in (data.get("columns") or {}).items() if name is not None}
-    units = {key: data[key] for key in UNITS if data.get(key) is not None}
+    units = {unit: data[unit] for unit in UNITS.values() if data.get(unit) is not None}
     return ({"columns": columns} if columns else {}) | units
 
 

@@ -18,6 +18,7 @@ from zoo.cli.effects import catalogue, chosen, named
 from zoo.errors import InputError
 from zoo.measurements.files import find_files
 from zoo.measurements.points import Points
+from zoo.measurements.read import check_different
 from zoo.measurements.run import SHARES, Run
 from zoo.measurements.schema import one_sided
 from zoo.models.features import Features
@@ -45,7 +46,8 @@ def read_data(config: DictConfig) -> tuple[list[Run], list[Run]]:
         raise InputError(f"data.holdout={holdout}: 0 is possible, or a share of each run from {low} to {high}, taken to whole tenths")
     if holdout > 0 and not points.all:
         raise InputError("data.holdout and data.points: both say what is fitted; one of them is possible")
-    runs, checks = points.drawn(points.meeting(create(data)))
+    whole = create(data)
+    runs, checks = points.drawn(points.meeting(whole))
     if holdout > 0:
         pairs = [run.split(holdout) for run in runs]
         runs, checks = [early for early, _ in pairs], [late for _, late in pairs]
@@ -55,6 +57,7 @@ def read_data(config: DictConfig) -> tuple[list[Run], list[Run]]:
         found = create(data, files=[check_files] if isinstance(check_files, str) else list(check_files), average_s=average_s)
         if data.get("reference") is None:
             _check_references(runs[0], found[0])
+        check_different([*whole, *found])
         spare = _spare(config, runs[0], found)
         runs, checks = ([_without(run, spare) for run in part] for part in (runs, checks))
         checks += points.meeting(found)

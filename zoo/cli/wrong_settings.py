@@ -190,7 +190,9 @@ def check_proposals(arguments: list[str]) -> None:
         InputError: says what a range looks like.
     """
     settings = [one for one in arguments if "=" in one and not one.startswith("-")]
-    if "hydra/sweeper=optuna" not in settings or any(one.startswith("hydra.sweeper.") and "n_" not in one for one in settings):
+    keys = {one.partition("=")[0].lstrip("+") for one in settings}
+    own = any(key == "experiment" or (key.startswith("hydra.sweeper.") and not key.startswith("hydra.sweeper.n_")) for key in keys)
+    if "hydra/sweeper=optuna" not in settings or own or not {"-m", "--multirun"} & {*arguments}:
         return
     with suppress(HydraException):
         if not any(one.is_sweep_override() for one in OverridesParser.create().parse_overrides(settings)):

@@ -14,7 +14,8 @@ SEGMENTS, OF_A_RUN = 8, 3
 ones ask for more: neighbours of a short piece give its misfit away."""
 ENOUGH = 5
 """Blocks for each amplitude that other runs must have to predict one."""
-
+KNOWN = 0.3
+"""Share of a run's blocks that the others must know something of."""
 HARDLY_SEEN = 1e-4
 """Share of what all runs know of an amplitude below which the pieces that are left do not say what it is: those of an early warm-up, where the
 first hour is left out. It counts for nothing there, or noise would decide it."""
@@ -35,15 +36,39 @@ def rms_by_run(bench: Workbench, solved: Solved) -> float:
     return float(_left_out(solved.plain_columns, solved.design.error, parts).square().mean().sqrt())
 
 
-def from_other_runs(bench: Workbench, solved: Solved, places: list[int]) -> list[float] | None:
-    """RMS [unit] of some of the runs, each predicted with amplitudes from the others of them; None where these are too few or too short to say."""
+def from_other_runs(bench: Workbench, solved: Solved, places: list[int]) -> list[tuple[float, float] | None]:
+    """Of some runs, each predicted with amplitudes from the others of them: RMS [unit] of what is left, and of its error, where these know.
+
+    Where a row of columns asks for more than any of theirs does (its leverage), they would only extrapolate. None of a run of which so little is
+    known, or where the others are too short.
+    """
     runs = [_runs(bench)[place] for place in places]
-    sizes = [len(run) for run in runs]
-    if sum(sizes) - max(sizes) < ENOUGH * solved.plain_columns.shape[1]:
-        return None
-    rows = torch.cat(runs)
-    left = _left_out(solved.plain_columns[rows], solved.design.error[rows], list(torch.arange(len(rows)).split(sizes)))
-    return [float(part.square().mean().sqrt()) for part in left.split(sizes)]
+    rows, columns = torch.cat(runs), solved.plain_columns[torch.cat(runs)]
+    parts = list(torch.arange(len(rows)).split([len(run) for run in runs]))
+    target = solved.design.error[rows]
+    left = _left_out(columns, target, parts)
+    found: list[tuple[float, float] | None] = []
+    for part in parts:
+        keep = torch.ones(len(rows), dtype=torch.bool, device=target.device)
+        keep[part] = False
+        known = _reached(columns[keep], columns[part])
+        enough = int(keep.sum()) >= ENOUGH * columns.shape[1] and float(known.double().mean()) >= KNOWN
+        found.append((_rms(left[part][known]), _rms(target[part][known])) if enough else None)
+    return found
+
+
+def _reached(own: Tensor, asked: Tensor) -> Tensor:
+    """(N,) bool: which rows of columns (N, K) have no more leverage than the largest of others (M, K)."""
+    lengths = own.norm(dim=0)
+    seen = lengths > 0
+    own, others = own[:, seen] / lengths[seen], asked[:, seen] / lengths[seen]
+    inverse = torch.linalg.inv(own.mT @ own + RIDGE * torch.eye(own.shape[1], dtype=own.dtype, device=own.device))
+    ours, theirs = ((rows @ inverse * rows).sum(dim=1) for rows in (own, others))
+    return (theirs <= ours.max()) & (asked[:, ~seen] == 0).all(dim=1)
+
+
+def _rms(values: Tensor) -> float:
+    return float(values.square().mean().sqrt())
 
 
 def _runs(bench: Workbench) -> list[Tensor]:

@@ -22,7 +22,7 @@ from zoo.diagnosis.preparation import check_swing, without_spikes
 from zoo.diagnosis.regions import regions, runs_rms
 from zoo.diagnosis.search import Search, settle, what_helps
 from zoo.diagnosis.solved import Solved
-from zoo.diagnosis.strangers import strangers, too_hot
+from zoo.diagnosis.strangers import strangers
 from zoo.diagnosis.structure import Structure, examine
 from zoo.diagnosis.trials import Step, Trial
 from zoo.diagnosis.workbench import Workbench
@@ -30,6 +30,7 @@ from zoo.effects.base import Effect
 from zoo.errors import InputError, nearest
 from zoo.fitting.noise import floors_of, noise_of
 from zoo.measurements.run import Run
+from zoo.measurements.wrong_unit import too_hot
 from zoo.scoring.noise import effective_samples
 from zoo.side_by_side import side_by_side
 from zoo.threads import threads_for

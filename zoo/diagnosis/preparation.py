@@ -117,7 +117,8 @@ def _without_samples(run: Run, bad: Tensor) -> Run:
     kept = torch.where(bad, -1, run.block)
     left, number = torch.unique(kept, return_inverse=True)
     block = number - int(bool(left[0] < 0))  # blocks of nothing else are gone
-    note = f"{run.name}: {int(bad.sum())} sample(s) far off their neighbours left out, at t = {_listed(run.time[bad])} s"
+    times = own_time(run.time, float(run.time[0]))[bad]
+    note = f"{run.name}: {int(bad.sum())} sample(s) far off their neighbours left out, at t = {_listed(times)} s"
     return replace(run, block=block, notes=(*run.notes, note))
 
 

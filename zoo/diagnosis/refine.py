@@ -14,7 +14,7 @@ from zoo.diagnosis.parameters import fitted_parameters
 from zoo.diagnosis.preparation import reference_varies
 from zoo.diagnosis.regions import runs_rms
 from zoo.diagnosis.solved import Solved
-from zoo.diagnosis.strangers import strangers, too_hot
+from zoo.diagnosis.strangers import strangers
 from zoo.diagnosis.structure import Structure, examine
 from zoo.diagnosis.workbench import VARIED_REFERENCE, Workbench
 from zoo.effects.base import Effect
@@ -22,6 +22,7 @@ from zoo.errors import InputError
 from zoo.fitting.noise import floor_of, floors_of, of_all
 from zoo.measurements.recording import JITTER
 from zoo.measurements.run import Run
+from zoo.measurements.wrong_unit import too_hot
 from zoo.models.graybox import GrayBox
 from zoo.models.prediction import predict_blocks
 from zoo.models.reach import beyond

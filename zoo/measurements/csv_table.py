@@ -49,21 +49,30 @@ class Style:
 
     @classmethod
     def of(cls, path: Path) -> Style:
-        """By the mark that divides the header into most names; a decimal comma where semicolons or tabs leave it free and a number has one."""
-        mark, decimals = ",", False
-        with suppress(EOFError, zlib.error, csv.Error), _text(path) as file:  # a damaged file is told of by who reads on
-            mark = _mark(file.readline(1 << 20))
-            for row in islice(csv.reader(file, delimiter=mark), _LOOKED_AT if mark != "," else 0):
-                decimals |= any("," in cell and _NUMBER.fullmatch(cell.replace(",", ".", 1)) is not None for cell in row)
-        return cls(mark, "," if decimals else ".")
+        """By the mark that divides the second row into most numbers, the header into most names; by what more numbers have, a comma or a point."""
+        lines: list[str] = []
+        with suppress(EOFError, zlib.error), _text(path) as file:  # a damaged file is told of by who reads on
+            lines += islice(iter(lambda: file.readline(1 << 20), ""), _LOOKED_AT)
+        mark = max(_MARKS, key=lambda mark: (sum(map(_is_number, _cells("".join(lines[1:2]), mark))), len(_cells("".join(lines[:1]), mark))))
+        cells = [cell for line in lines[1:] for cell in _cells(line, mark)] if mark != "," else []
+        commas, points = (sum(mark in cell and _is_number(cell) for cell in cells) for mark in ",.")
+        return cls(mark, "," if commas > points else ".")
 
     def plain(self, cell: str) -> str:
         """A cell with its number as Python writes it."""
         return cell if self.point == "." else cell.replace(".", "?").replace(",", ".")
 
 
-def _mark(line: str) -> str:
-    return max(_MARKS, key=lambda mark: len(next(csv.reader([line], delimiter=mark), [])))
+def _cells(line: str, mark: str) -> list[str]:
+    """None where no mark of this kind stands between them."""
+    with suppress(csv.Error):  # a cell longer than csv takes
+        return next(csv.reader([line], delimiter=mark), [])
+    return []
+
+
+def _is_number(cell: str) -> bool:
+    """With a point or a comma."""
+    return _NUMBER.fullmatch(cell.replace(",", ".", 1)) is not None
 
 
 def column_names(path: Path) -> tuple[str, ...]:
@@ -83,7 +92,7 @@ def column_names(path: Path) -> tuple[str, ...]:
         raise InputError(f"{path}: is no text in UTF-8 but a binary file; other formats need their own ending (.csv.gz, .parquet)")
     if not line.strip():
         raise InputError(f"{path}: row 1 is blank; the header must be the first line")
-    names = tuple(name.strip() for name in next(csv.reader([line], delimiter=_mark(line)), []))
+    names = tuple(name.strip() for name in _cells(line, Style.of(path).mark))
     if all(_NUMBER.fullmatch(name) for name in names):
         raise InputError(f"{path}, row 1: holds numbers ({line.strip()[:60]}) where a header with the columns' names is needed")
     return names
@@ -235,10 +244,12 @@ def _written(places: list[tuple[str, int]], cells: list[str]) -> list[tuple[str,
     return [(column, place) for column, place in places if place >= len(cells) or cells[place].strip() not in _MISSING]
 
 
-def _advice(where: str, cell: str, is_time: bool) -> str:
+def _advice(where: str, cell: str, is_time: bool, style: Style) -> str:
     """What to do about a cell that holds no number, where that can be guessed."""
     if is_time and _DATE.match(cell):
         return "; seconds are needed, no dates (in pandas: (t - t.iloc[0]).dt.total_seconds())"
+    if _is_number(cell):
+        return f"; decimals are taken to have a {'comma' if style.point == ',' else 'point'}, as in most of the first {_LOOKED_AT} rows"
     return "; if this row holds units, delete it" if where.endswith(", row 2") and cell.strip()[:1].isalpha() else ""
 
 
@@ -256,7 +267,7 @@ def _check_line(where: str, cells: list[str], width: int, places: list[tuple[str
             raise BadRow(f"{where}, column {column}: the cell is empty; every row needs a number here")
         if not _NUMBER.fullmatch(style.plain(cell)):
             kind = BadRow if cell.strip() in _MISSING else InputError
-            raise kind(f"{where}, column {column}: {cell.strip()[:40]!r} is not a finite number{_advice(where, cell, place == places[0][1])}")
+            raise kind(f"{where}, column {column}: {cell.strip()[:40]!r} is not a finite number{_advice(where, cell, place == places[0][1], style)}")
         if math.isinf(float(style.plain(cell))):
             raise BadRow(f"{where}, column {column}: {cell.strip()[:40]} is too large a number")
     time = float(style.plain(cells[places[0][1]]))

@@ -20,14 +20,14 @@ from zoo.measurements.recording import GAP_STEPS, JITTER, Average, Recording, au
 from zoo.measurements.run import Run
 from zoo.measurements.schema import Layout, Source, check_references, in_run_units, keep_shared, layout, overruled
 from zoo.measurements.table import chunks, column_names
-from zoo.measurements.wrong_unit import mistaken_unit
+from zoo.measurements.wrong_unit import HOTTEST_C, mistaken_unit
 
 BadRows = Literal["error", "skip"]
 HEAD_ROWS = 100_000
 _STARTUP_ROWS = 100
 ABSOLUTE_ZERO_C = -273.15
-LONGEST_S, HOTTEST_C = 60 * 86400.0, 100.0
-"""What lasts longer was written down in milliseconds, and what is hotter in kelvins or °F, most likely."""
+LONGEST_S = 60 * 86400.0
+"""What lasts longer was written down in milliseconds."""
 
 
 def read_runs(
@@ -71,19 +71,23 @@ def read_runs(
     recordings = [_record(one, reference or 0.0, average_s, gap_s, bad_rows, time_unit is None) for one in layouts]
     length = auto_length(recordings) if average_s == "auto" else average_s
     runs = [_run(*each, length) for each in zip(run_names(paths), layouts, recordings, strict=True)]
-    _check_different(runs)
+    check_different(runs)
     return runs
 
 
-def _check_different(runs: list[Run]) -> None:
+def check_different(runs: list[Run]) -> None:
     """Refuses a recording that is there twice, under two names: what it says would count twice.
 
     Raises:
         InputError: names both.
     """
-    for one, other in itertools.combinations(runs, 2):
-        if one.rows == other.rows and torch.equal(one.time, other.time) and torch.equal(one.output, other.output):
-            raise InputError(f"{one.name} and {other.name} hold the same recording; leave one of them out")
+    seen: dict[tuple[float, ...], list[Run]] = {}
+    for run in runs:
+        alike = seen.setdefault((run.rows, *(float(column[place]) for column in (run.time, run.error) for place in (0, -1))), [])
+        for one in alike:
+            if one.columns == run.columns and torch.equal(one.table, run.table) and torch.equal(one.error, run.error):
+                raise InputError(f"{one.name} and {run.name} hold the same recording; leave one of them out")
+        alike.append(run)
 
 
 def check_settings(reference: float | None, average_s: Average, gap_s: float | None, bad_rows: str) -> None:

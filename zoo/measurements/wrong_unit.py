@@ -1,12 +1,17 @@
-"""Whether an output that was recorded beside the true input is in another unit than it is taken for."""
+"""Whether an output that was recorded beside the true input, or a temperature, is in another unit than it is taken for."""
 
 from __future__ import annotations
+
+from collections.abc import Iterable
 
 import numpy as np
 
 from zoo import units
+from zoo.measurements.run import Run
 from zoo.measurements.schema import Layout, Source
 
+HOTTEST_C, NEVER_C = 125.0, 150.0
+"""What is hotter than a gyro is tested is in °F, most likely; what is hotter than any in K."""
 LEAST_DPH = 0.1
 """A true input below [°/h, RMS] is about zero: what the gyro shows beside it is bias. A prior: some thousandths of the Earth's rate."""
 NEAR = 0.05
@@ -62,3 +67,9 @@ def _doubts(source: Source, ratio: float, upside_down: bool) -> dict[str, float]
 def _told(factor: float) -> str:
     """A factor as one says it: 3600, 1/3600."""
     return f"{factor:.0f}" if factor > 1 else f"1/{1 / factor:.0f}"
+
+
+def too_hot(runs: Iterable[Run], limit_c: float = HOTTEST_C) -> dict[str, float]:
+    """The highest reading of a thermometer [°C] in runs where it is beyond a limit, by name."""
+    highest = {run.name: float(run.select(list(run.thermometers)).max()) for run in runs}
+    return {name: value for name, value in highest.items() if value > limit_c}

@@ -26,6 +26,7 @@ class Trace:
         model: (N,) the error that the model as it stands predicts [output's unit].
         refined: (N,) the same with the missing effects added; None where nothing was added.
         stage: ``hold``, ``heating``, ``cooling`` or ``edge`` for each of the N blocks.
+        start_s: time of the run's first sample [s].
     """
 
     run: str
@@ -37,12 +38,12 @@ class Trace:
     model: np.ndarray
     refined: np.ndarray | None
     stage: list[str]
+    start_s: float = 0.0
 
     @property
     def hours(self) -> np.ndarray:
         """(N,) block centres [h], as the run's reader counts."""
-        time_s = np.asarray(self.time_s, dtype=float)
-        hours: np.ndarray = convert(own_time(time_s, float(time_s[0])) if len(time_s) else time_s, "s", "h")
+        hours: np.ndarray = convert(own_time(np.asarray(self.time_s, dtype=float), self.start_s), "s", "h")
         return hours
 
     @property

@@ -108,7 +108,7 @@ def _hot(record: Record) -> list[str]:
     if not hot:
         return []
     reach = f"{joined(hot)} reach{'es' if len(hot) == 1 else ''} {max(hot.values()):.0f} °C"
-    return [f"{reach}: if that is °F or K, say so first (data.temperature_unit=f or k, or by the column's name); else go on."]
+    return [f"{reach}: if that is °F or K, say so first (data.temperature_unit=f or k, or by the column's name)."]
 
 
 def _strangers(record: Record) -> list[str]:
@@ -119,11 +119,9 @@ def _strangers(record: Record) -> list[str]:
         return []
     fitted = {str(name) for name in record.get("runs") or []}
     if fitted and fitted <= set(names):
-        return [f"These runs do not go together: none is predicted from the others better than by nothing. Are they {asked}"]
-    if len(names) > 1:
-        return [f"{joined(names)} do not go with the other runs: predicted from these they are farther off than without any model. Are they {asked}"]
-    off = excess(listed[0].get("rms_from_others"), listed[0].get("rms_uncompensated"))
-    return [f"{names[0]} does not go with the other runs: predicted from these it is {times(off)} as far off as without any model. Is it {asked}"]
+        return [f"These runs do not go together: none is predicted from the others better than without any model. Are they {asked}"]
+    do, they, are = ("does", "it is", "Is it") if len(names) == 1 else ("do", "they are", "Are they")
+    return [f"{joined(names)} {do} not go with the other runs: {they} predicted from these no better than without any model. {are} {asked}"]
 
 
 def _verdict(diagnosis: Record, refinement: Record | None) -> Verdict:

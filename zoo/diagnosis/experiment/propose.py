@@ -14,9 +14,9 @@ from zoo.diagnosis.experiment.prediction import Predicted, predicted
 from zoo.diagnosis.experiment.proposal import Proposal
 from zoo.diagnosis.experiment.refit import told_by_refit
 from zoo.diagnosis.solved import Solved
-from zoo.diagnosis.strangers import too_hot
 from zoo.diagnosis.workbench import Workbench
 from zoo.fitting.parameters import parameters_of
+from zoo.measurements.wrong_unit import NEVER_C, too_hot
 
 ENOUGH = 10.0
 """Expected log Bayes factor that settles a question (22 000 : 1)."""
@@ -83,7 +83,7 @@ def propose(bench: Workbench, rivals: Sequence[Solved]) -> Proposal | None:
         unit, most likely: no chamber should go there.
     """
     chosen = list(rivals)[:MOST_RIVALS]
-    if len(chosen) < 2 or too_hot(bench.runs):
+    if len(chosen) < 2 or too_hot(bench.runs, NEVER_C):
         return None
     known, old = circumstances_of(bench.runs), Old([[rival] for rival in chosen])
     weighed = [weigh(bench, known, old, one) for one in family(known)]
