@@ -299,7 +299,11 @@ def test_a_run_is_read_once_and_no_fitted_one_checks(told, tmp_path) -> None:
         assert "a.csv is in data.files too" in told(f"data.files=[{path}]", f"data.check_files=[{checks}]")
     copy = tmp_path / "nowhere" / "copy.csv"
     copy.write_bytes(path.read_bytes())
-    assert "a and copy hold the same recording" in told(f"data.files=[{path}]", f"data.check_files=[{copy}]")
+    for files in ([f"data.files=[{path}]", f"data.check_files=[{copy}]"], [f"data.files=[{path},{copy}]"]):
+        assert "a and copy hold the same recording; leave one of them out" in told(*files)
+    written(copy, table().assign(supply_v=5.0 + table()["rate_dph"]))
+    written(path, table().assign(supply_v=5.0 - table()["rate_dph"]))
+    assert run("diagnose", [f"data.files=[{path},{copy}]", "candidates=warm_up", f"hydra.run.dir={tmp_path / 'two'}"]) == 0, "at another supply"
 
 
 # What runs cannot tell

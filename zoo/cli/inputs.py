@@ -8,6 +8,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any, cast
 
+import torch
 from omegaconf import DictConfig, OmegaConf, open_dict
 from rich.console import Console
 from rich.text import Text
@@ -18,7 +19,6 @@ from zoo.cli.effects import catalogue, chosen, named
 from zoo.errors import InputError
 from zoo.measurements.files import find_files
 from zoo.measurements.points import Points
-from zoo.measurements.read import check_different
 from zoo.measurements.run import SHARES, Run
 from zoo.measurements.schema import one_sided
 from zoo.models.features import Features
@@ -57,10 +57,11 @@ def read_data(config: DictConfig) -> tuple[list[Run], list[Run]]:
         found = create(data, files=[check_files] if isinstance(check_files, str) else list(check_files), average_s=average_s)
         if data.get("reference") is None:
             _check_references(runs[0], found[0])
-        check_different([*whole, *found])
+        whole = [*whole, *found]
         spare = _spare(config, runs[0], found)
         runs, checks = ([_without(run, spare) for run in part] for part in (runs, checks))
         checks += points.meeting(found)
+    _check_different(whole)
     return runs, checks
 
 
@@ -91,6 +92,21 @@ def _check_unseen(check_files: Any, files: Any) -> None:
     twin = next((path for path in find_files(_plain(check_files)) if path.resolve() in fitted), None)
     if twin:
         raise InputError(f"data.check_files: {twin} is in data.files too; a run that was fitted checks nothing")
+
+
+def _check_different(runs: list[Run]) -> None:
+    """Refuses a recording that is there twice, under two names: what it says would count twice.
+
+    Raises:
+        InputError: names both.
+    """
+    seen: dict[tuple[float, ...], list[Run]] = {}
+    for run in runs:
+        alike = seen.setdefault((run.rows, *(float(column[place]) for column in (run.time, run.error) for place in (0, -1))), [])
+        for one in alike:
+            if one.columns == run.columns and torch.equal(one.table, run.table) and torch.equal(one.error, run.error):
+                raise InputError(f"{one.name} and {run.name} hold the same recording; leave one of them out")
+        alike.append(run)
 
 
 def _check_references(fitted: Run, check: Run) -> None:

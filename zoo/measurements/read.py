@@ -70,24 +70,7 @@ def read_runs(
     check_references(layouts, reference)
     recordings = [_record(one, reference or 0.0, average_s, gap_s, bad_rows, time_unit is None) for one in layouts]
     length = auto_length(recordings) if average_s == "auto" else average_s
-    runs = [_run(*each, length) for each in zip(run_names(paths), layouts, recordings, strict=True)]
-    check_different(runs)
-    return runs
-
-
-def check_different(runs: list[Run]) -> None:
-    """Refuses a recording that is there twice, under two names: what it says would count twice.
-
-    Raises:
-        InputError: names both.
-    """
-    seen: dict[tuple[float, ...], list[Run]] = {}
-    for run in runs:
-        alike = seen.setdefault((run.rows, *(float(column[place]) for column in (run.time, run.error) for place in (0, -1))), [])
-        for one in alike:
-            if one.columns == run.columns and torch.equal(one.table, run.table) and torch.equal(one.error, run.error):
-                raise InputError(f"{one.name} and {run.name} hold the same recording; leave one of them out")
-        alike.append(run)
+    return [_run(*each, length) for each in zip(run_names(paths), layouts, recordings, strict=True)]
 
 
 def check_settings(reference: float | None, average_s: Average, gap_s: float | None, bad_rows: str) -> None:
