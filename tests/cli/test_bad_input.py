@@ -297,13 +297,17 @@ def test_a_run_is_read_once_and_no_fitted_one_checks(told, tmp_path) -> None:
         assert "a.csv: is named twice" in told(f"data.files=[{files}]")
     for checks in (path, again, tmp_path / "*.csv"):
         assert "a.csv is in data.files too" in told(f"data.files=[{path}]", f"data.check_files=[{checks}]")
-    copy = tmp_path / "nowhere" / "copy.csv"
-    copy.write_bytes(path.read_bytes())
-    for files in ([f"data.files=[{path}]", f"data.check_files=[{copy}]"], [f"data.files=[{path},{copy}]"]):
-        assert "a and copy hold the same recording; leave one of them out" in told(*files)
-    written(copy, table().assign(supply_v=5.0 + table()["rate_dph"]))
-    written(path, table().assign(supply_v=5.0 - table()["rate_dph"]))
-    assert run("diagnose", [f"data.files=[{path},{copy}]", "candidates=warm_up", f"hydra.run.dir={tmp_path / 'two'}"]) == 0, "at another supply"
+
+
+@pytest.mark.parametrize("check", [False, True])
+def test_a_recording_under_two_names_is_told(tmp_path, capsys, check) -> None:
+    paths = [written(tmp_path / f"{name}.csv", table()) for name in ("a", "copy")]
+    files = [f"data.files=[{paths[0]}]", f"data.check_files=[{paths[1]}]"] if check else [f"data.files=[{paths[0]},{paths[1]}]"]
+    for told in (True, False):
+        assert run("train", ["model=polynomial", *files, f"hydra.run.dir={tmp_path / 'out'}"]) == 0
+        assert ("copy: the same recording as a; leave one of them out" in capsys.readouterr().err) is told
+        for path, sign in zip(paths, (1, -1), strict=True):  # of a gyro without noise, at another supply
+            written(path, table().assign(supply_v=5.0 + sign * table()["rate_dph"]))
 
 
 # What runs cannot tell

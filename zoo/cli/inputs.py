@@ -46,7 +46,7 @@ def read_data(config: DictConfig) -> tuple[list[Run], list[Run]]:
         raise InputError(f"data.holdout={holdout}: 0 is possible, or a share of each run from {low} to {high}, taken to whole tenths")
     if holdout > 0 and not points.all:
         raise InputError("data.holdout and data.points: both say what is fitted; one of them is possible")
-    whole = create(data)
+    whole = _copies_told(create(data))
     runs, checks = points.drawn(points.meeting(whole))
     if holdout > 0:
         pairs = [run.split(holdout) for run in runs]
@@ -54,14 +54,13 @@ def read_data(config: DictConfig) -> tuple[list[Run], list[Run]]:
     if check_files:
         _check_unseen(check_files, data.files)
         average_s = data.average_s if data.average_s is None else runs[0].average_s
-        found = create(data, files=[check_files] if isinstance(check_files, str) else list(check_files), average_s=average_s)
+        listed = [check_files] if isinstance(check_files, str) else list(check_files)
+        found = _copies_told(create(data, files=listed, average_s=average_s), whole)
         if data.get("reference") is None:
             _check_references(runs[0], found[0])
-        whole = [*whole, *found]
         spare = _spare(config, runs[0], found)
         runs, checks = ([_without(run, spare) for run in part] for part in (runs, checks))
         checks += points.meeting(found)
-    _check_different(whole)
     return runs, checks
 
 
@@ -94,19 +93,18 @@ def _check_unseen(check_files: Any, files: Any) -> None:
         raise InputError(f"data.check_files: {twin} is in data.files too; a run that was fitted checks nothing")
 
 
-def _check_different(runs: list[Run]) -> None:
-    """Refuses a recording that is there twice, under two names: what it says would count twice.
-
-    Raises:
-        InputError: names both.
-    """
+def _copies_told(runs: Sequence[Run], before: Sequence[Run] = ()) -> list[Run]:
+    """The runs, with a note on those that are another one of them, or one of those read before, under another name: what they say counts twice."""
     seen: dict[tuple[float, ...], list[Run]] = {}
-    for run in runs:
+    told = []
+    for run in (*before, *runs):
         alike = seen.setdefault((run.rows, *(float(column[place]) for column in (run.time, run.error) for place in (0, -1))), [])
-        for one in alike:
-            if one.columns == run.columns and torch.equal(one.table, run.table) and torch.equal(one.error, run.error):
-                raise InputError(f"{one.name} and {run.name} hold the same recording; leave one of them out")
+        same = (one for one in alike if one.columns == run.columns and torch.equal(one.table, run.table) and torch.equal(one.error, run.error))
+        copied = next(same, None)
+        note = () if copied is None else (f"{run.name}: the same recording as {copied.name}; leave one of them out",)
+        told.append(replace(run, notes=(*note, *run.notes)))
         alike.append(run)
+    return told[len(before) :]
 
 
 def _check_references(fitted: Run, check: Run) -> None:
