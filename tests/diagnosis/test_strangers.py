@@ -6,8 +6,9 @@ import pytest
 import torch
 
 from zoo.catalog import build
-from zoo.diagnosis.diagnose import diagnose
+from zoo.diagnosis.diagnose import diagnose, open_bench
 from zoo.diagnosis.refine import refine
+from zoo.diagnosis.strangers import strangers
 from zoo.simulator.gyros.presets import MEDIUM
 from zoo.simulator.in_process import as_run
 from zoo.simulator.laboratory.profiles import campaign, tour
@@ -18,29 +19,33 @@ def renamed(runs, name, scale=1.0, shift=0.0):
     return [replace(run, name=name, error=scale * run.error + shift) for run in runs]
 
 
+def named(given, base, catalogue) -> list[str]:
+    """The strangers to a model as it stands."""
+    bench = open_bench(given, base, catalogue)
+    return [one["run"] for one in strangers(bench, [bench.begin(tuple(base))])]
+
+
 @pytest.mark.parametrize("wrong", [{"scale": 1 / 3600}, {"shift": 11.2}])
 def test_a_run_in_another_unit_or_without_its_true_input_is_a_stranger(runs, check, base, catalogue, wrong) -> None:
-    candidates = {name: catalogue[name] for name in (*base, "bias_step", "warm_up")}
     own, odd = runs("aging"), renamed(check("aging"), "odd", **wrong)
-    assert [one["run"] for one in diagnose([*own, *odd], base, candidates).record["strangers"]] == ["odd"]
-    two = diagnose([own[0], *odd], base, candidates).record["strangers"]
-    assert {one["run"] for one in two} == {own[0].name, "odd"}, "of two nobody knows which"
+    assert named([*own, *odd], base, catalogue) == ["odd"]
+    assert {*named([own[0], *odd], base, catalogue)} == {own[0].name, "odd"}, "of two nobody knows which"
+    assert named(own[:1], base, catalogue) == []
 
 
 def test_runs_at_other_temperatures_say_nothing_of_each_other(base, catalogue) -> None:
     """Of one gyro, each in a range of its own: what the others say there they only extrapolate."""
     narrow = [tour(low, [(high, 1.0, 3600), (low, 1.0, 3600)], 3600) for low, high in ((-40, -20), (10, 25), (45, 65))]
-    program = campaign(narrow, narrow[1])
     present = {name: catalogue[name] for name in base}
-    apart = simulate(MEDIUM, program, present, build("noise", "gyro"), catalogue=catalogue, runs=3, seed=1, sample_s=20.0)
-    assert diagnose([as_run(run) for run in apart.runs], base, catalogue).record["strangers"] == []
+    apart = simulate(MEDIUM, campaign(narrow, narrow[1]), present, build("noise", "gyro"), catalogue=catalogue, runs=3, seed=1, sample_s=20.0)
+    assert named([as_run(run) for run in apart.runs], base, catalogue) == []
 
 
 def test_another_gyros_check_run_is_a_stranger_and_the_gyros_own_is_not(runs, check, base, catalogue) -> None:
     candidates = {name: catalogue[name] for name in (*base, "aging")}
-    for odd, strangers in ((check("aging"), []), (renamed(check("aging"), "other", -1.0), ["other"])):
+    for odd, told in ((check("aging"), []), (renamed(check("aging"), "other", -1.0), ["other"])):
         record = refine(runs("aging"), odd, base, "aging", candidates).record
-        assert [one["run"] for one in record["strangers"]] == strangers
+        assert [one["run"] for one in record["strangers"]] == told
 
 
 @pytest.mark.parametrize("hidden", ["", "hysteresis", "bias_step", "chamber_cycling"])
