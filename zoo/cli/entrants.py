@@ -84,7 +84,10 @@ class Entrant:
         return str(self.facts.get("unit", run.unit))
 
     def fitted(self, run: Run) -> bool:
-        """Whether the model was fitted to a run or to a part of it, to go by its name and, where means are as long, by the size of its error."""
+        """Whether the model was fitted to a run or to a part of it, to go by its name and, where means are as long, by the size of its error.
+
+        An error as large to many digits is that of a fitted run, whatever it is called.
+        """
         name, known, own = run.name.removesuffix(HELD_OUT), uncompensated_rms(self.facts), self.facts.get("average_s") or 0.0
         named = name in fitted_runs(self.facts)
         parts = any(self.settings.get(f"data.{key}", whole) != whole for key, whole in WHOLE.items())

@@ -8,6 +8,7 @@ from torch import Tensor
 from zoo.diagnosis.solved import Solved
 from zoo.diagnosis.workbench import Workbench
 from zoo.fitting.projection import RIDGE, project
+from zoo.scoring.stages import rms
 
 SEGMENTS, OF_A_RUN = 8, 3
 """Consecutive pieces that are left out one at a time, and how many of one run at least, so that every run keeps most of its blocks. Fewer and longer
@@ -42,8 +43,10 @@ def from_other_runs(bench: Workbench, solved: Solved, places: list[int]) -> list
     Where a row of columns asks for more than any of theirs does (its leverage), they would only extrapolate. None of a run of which so little is
     known, or where the others are too short.
     """
-    runs = [_runs(bench)[place] for place in places]
-    rows, columns = torch.cat(runs), solved.plain_columns[torch.cat(runs)]
+    every = _runs(bench)
+    runs = [every[place] for place in places]
+    rows = torch.cat(runs)
+    columns = solved.plain_columns[rows]
     parts = list(torch.arange(len(rows)).split([len(run) for run in runs]))
     target = solved.design.error[rows]
     left = _left_out(columns, target, parts)
@@ -53,7 +56,7 @@ def from_other_runs(bench: Workbench, solved: Solved, places: list[int]) -> list
         keep[part] = False
         known = _reached(columns[keep], columns[part])
         enough = int(keep.sum()) >= ENOUGH * columns.shape[1] and float(known.double().mean()) >= KNOWN
-        found.append((_rms(left[part][known]), _rms(target[part][known])) if enough else None)
+        found.append((rms(left[part][known]), rms(target[part][known])) if enough else None)
     return found
 
 
@@ -65,10 +68,6 @@ def _reached(own: Tensor, asked: Tensor) -> Tensor:
     inverse = torch.linalg.inv(own.mT @ own + RIDGE * torch.eye(own.shape[1], dtype=own.dtype, device=own.device))
     ours, theirs = ((rows @ inverse * rows).sum(dim=1) for rows in (own, others))
     return (theirs <= ours.max()) & (asked[:, ~seen] == 0).all(dim=1)
-
-
-def _rms(values: Tensor) -> float:
-    return float(values.square().mean().sqrt())
 
 
 def _runs(bench: Workbench) -> list[Tensor]:

@@ -3,9 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from typing import Any
-
-from torch import Tensor
+from typing import Any, cast
 
 from zoo.diagnosis.cross_validation import KNOWN, from_other_runs
 from zoo.diagnosis.solved import Solved
@@ -14,6 +12,7 @@ from zoo.fitting.noise import floor_of
 from zoo.measurements.run import Run
 from zoo.models.prediction import predict_blocks
 from zoo.models.reach import beyond
+from zoo.scoring.stages import rms
 
 NO_BETTER = 0.9
 """Share of a run's own error that the other runs must leave of it to predict it no better than nothing does."""
@@ -36,11 +35,11 @@ def strangers(bench: Workbench, models: Sequence[Solved], check_runs: Iterable[R
     """
     listed = [_said(bench.runs[place], *numbers) for place, numbers in _odd(bench, models).items()]
     for run in check_runs:
-        asks = [float(str(one["share"])) for one in beyond(models[-1].model, bench.runs, [run]).values()]
+        asks = [cast(float, one["share"]) for one in beyond(models[-1].model, bench.runs, [run]).values()]
         error = run.block_mean(run.error)
-        left = min(_rms(error - predict_blocks(one.model, run)) for one in models)
-        if max(asks, default=0.0) <= 1.0 - KNOWN and _is_strange(run, left, _rms(error), models[-1]):
-            listed.append(_said(run, left, _rms(error)))
+        left = min(rms(error - predict_blocks(one.model, run)) for one in models)
+        if max(asks, default=0.0) <= 1.0 - KNOWN and _is_strange(run, left, rms(error), models[-1]):
+            listed.append(_said(run, left, rms(error)))
     return sorted(listed, key=lambda one: -one["rms_from_others"] / one["rms_uncompensated"])
 
 
@@ -49,7 +48,7 @@ def _odd(bench: Workbench, models: Sequence[Solved]) -> dict[int, tuple[float, f
     places = [*range(len(bench.runs))]
     odd = _strange(bench, models, places)
     alone = [place for place in odd if not _strange(bench, models, [other for other in places if other != place])] if len(odd) > 1 else []
-    return {place: odd[place] for place in alone} if len(alone) == 1 and len(places) > 2 else odd
+    return {place: odd[place] for place in alone} if len(alone) == 1 else odd
 
 
 def _strange(bench: Workbench, models: Sequence[Solved], places: list[int]) -> dict[int, tuple[float, float]]:
@@ -74,7 +73,3 @@ def _is_strange(run: Run, left: float, bare: float, last: Solved) -> bool:
 
 def _said(run: Run, left: float, bare: float) -> dict[str, Any]:
     return {"run": run.name, "rms_from_others": left, "rms_uncompensated": bare}
-
-
-def _rms(values: Tensor) -> float:
-    return float(values.square().mean().sqrt())

@@ -95,13 +95,13 @@ def _long_enough(first_s: float, stream: Iterator[Rows]) -> Iterator[Rows]:
 
 
 def _write_csv(source: Path, path: Path, names: Sequence[str], parts: Iterator[tuple[Rows, np.ndarray]]) -> None:
-    (line, end), mark = csv_table.header(source), csv_table.Style.of(source).mark
+    (line, end), style = csv_table.header(source), csv_table.Style.of(source)
     with path.open("wb") as raw, ExitStack() as stack:
         # Without a name and a time inside, equal data give equal files.
         binary = stack.enter_context(gzip.GzipFile("", "wb", LEVEL, raw, mtime=0)) if suffix(source) == ".csv.gz" else raw
-        binary.write(line + mark.encode() + _header_cells(names, mark) + end)
+        binary.write(line + style.mark.encode() + _header_cells(names, style.mark) + end)
         for part, added in parts:
-            lines = csv_table.extended(b"".join(one for one in part.kept if isinstance(one, bytes)), added, source)
+            lines = csv_table.extended(b"".join(one for one in part.kept if isinstance(one, bytes)), added, source, style)
             binary.write(_joined(lines, end))
 
 

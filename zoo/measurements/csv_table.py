@@ -64,8 +64,8 @@ class Style:
 
 
 def _cells(line: str, mark: str) -> list[str]:
-    """None where no mark of this kind stands between them."""
-    with suppress(csv.Error):  # a cell longer than csv takes
+    """What stands between marks of one kind in a line; nothing where that is more than csv reads."""
+    with suppress(csv.Error):
         return next(csv.reader([line], delimiter=mark), [])
     return []
 
@@ -147,13 +147,14 @@ def header(path: Path) -> tuple[bytes, bytes]:
         return _first_line(stream, 1 << 16)[:2]
 
 
-def extended(lines: bytes, added: np.ndarray, path: Path) -> pa.BinaryArray:
+def extended(lines: bytes, added: np.ndarray, path: Path, style: Style) -> pa.BinaryArray:
     """(M,) lines with more cells at their ends, an empty one for NaN; all other text as it was.
 
     Args:
         lines: text of M rows; blank lines between them are left out.
         added: (M, K).
         path: the file, for the message.
+        style: how it writes its cells.
 
     Raises:
         InputError: a cell goes over several lines.
@@ -163,7 +164,6 @@ def extended(lines: bytes, added: np.ndarray, path: Path) -> pa.BinaryArray:
     kept = every.filter(pc.greater(pc.binary_length(every), 0))
     if len(kept) != len(added):
         raise InputError(f"{path}: {len(added)} rows stand in {len(kept)} lines; one line a row is needed, without line breaks inside quotes")
-    style = Style.of(path)
     cells = [pa.array(column, mask=~np.isfinite(column)).cast(pa.large_string()) for column in added.T]
     cells = [(pc.replace_substring(one, ".", style.point) if style.point != "." else one).cast(pa.large_binary()) for one in cells]
     mark = pa.scalar(style.mark.encode(), pa.large_binary())
