@@ -41,6 +41,19 @@ def test_runs_at_other_temperatures_say_nothing_of_each_other(base, catalogue) -
     assert named([as_run(run) for run in apart.runs], base, catalogue) == []
 
 
+def test_a_run_that_others_predict_beyond_what_they_know_is_no_stranger(runs, check, base, catalogue) -> None:
+    """In a field many times as strong as theirs: no stranger to a gyro that feels it, and one to a gyro that does not."""
+    turned = []
+    for run, field in zip([*runs(), *check()], (1.0, 4.0, 40.0), strict=True):
+        table = run.table.clone()
+        table[:, run.columns.index("field_ut")] = field
+        turned.append(replace(run, table=table, error=run.error + 0.01 * field))
+    bench = open_bench(turned, base, catalogue)
+    bare, felt = (bench.begin((*base, *more)) for more in ((), ("magnetic",)))
+    assert [one["run"] for one in strangers(bench, [bare])] == [turned[-1].name]
+    assert strangers(bench, [bare, felt]) == []
+
+
 def test_another_gyros_check_run_is_a_stranger_and_the_gyros_own_is_not(runs, check, base, catalogue) -> None:
     candidates = {name: catalogue[name] for name in (*base, "aging")}
     for odd, told in ((check("aging"), []), (renamed(check("aging"), "other", -1.0), ["other"])):

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 import torch
 from torch import Tensor
 
@@ -37,11 +39,25 @@ def rms_by_run(bench: Workbench, solved: Solved) -> float:
     return float(_left_out(solved.plain_columns, solved.design.error, parts).square().mean().sqrt())
 
 
-def from_other_runs(bench: Workbench, solved: Solved, places: list[int]) -> list[tuple[float, float] | None]:
-    """Of some runs, each predicted with amplitudes from the others of them: RMS [unit] of what is left, and of its error, where these know.
+class FromOthers(NamedTuple):
+    """A run as others predict it.
 
-    Where a row of columns asks for more than any of theirs does (its leverage), they would only extrapolate. None of a run of which so little is
-    known, or where the others are too short.
+    Attributes:
+        left: RMS of what they leave of it [unit].
+        bare: RMS of its error [unit].
+        known: whether they know enough of it; if so, both are of what they know, else of the whole run.
+    """
+
+    left: float
+    bare: float
+    known: bool
+
+
+def from_other_runs(bench: Workbench, solved: Solved, places: list[int]) -> list[FromOthers]:
+    """Some runs, each predicted with amplitudes from the others of them.
+
+    Where a row of columns asks for more than any of theirs does (its leverage), they would only extrapolate. They do not know enough of a run where
+    they do so nearly everywhere, or are too short.
     """
     every = _runs(bench)
     runs = [every[place] for place in places]
@@ -50,13 +66,14 @@ def from_other_runs(bench: Workbench, solved: Solved, places: list[int]) -> list
     parts = list(torch.arange(len(rows)).split([len(run) for run in runs]))
     target = solved.design.error[rows]
     left = _left_out(columns, target, parts)
-    found: list[tuple[float, float] | None] = []
+    found = []
     for part in parts:
         keep = torch.ones(len(rows), dtype=torch.bool, device=target.device)
         keep[part] = False
         known = _reached(columns[keep], columns[part])
         enough = int(keep.sum()) >= ENOUGH * columns.shape[1] and float(known.double().mean()) >= KNOWN
-        found.append((rms(left[part][known]), rms(target[part][known])) if enough else None)
+        rows_of_run = part[known] if enough else part
+        found.append(FromOthers(rms(left[rows_of_run]), rms(target[rows_of_run]), enough))
     return found
 
 

@@ -54,14 +54,15 @@ def _odd(bench: Workbench, models: Sequence[Solved]) -> dict[int, tuple[float, f
 def _strange(bench: Workbench, models: Sequence[Solved], places: list[int]) -> dict[int, tuple[float, float]]:
     """Which of some runs the others of them predict no better than nothing: the RMS that they leave of each, and that of its error.
 
-    Of two either both are strange to each other or, as one of them may know less than the other needs, none is.
+    Whom any model predicts is none, though the others had to extrapolate. Of two either both are strange to each other or, as one of them may know
+    less than the other needs, none is.
     """
     if len(places) < 2:
         return {}
     odd = {}
     for place, numbers in zip(places, zip(*(from_other_runs(bench, one, places) for one in models), strict=True), strict=True):
-        known = [one for one in numbers if one is not None]
-        if known and all(_is_strange(bench.runs[place], left, bare, models[-1]) for left, bare in known):
+        known = [(one.left, one.bare) for one in numbers if one.known]
+        if known and all(_is_strange(bench.runs[place], one.left, one.bare, models[-1]) for one in numbers):
             odd[place] = min(known, key=lambda one: one[0] / one[1])
     return odd if len(places) > 2 or len(odd) == len(places) else {}
 

@@ -35,27 +35,28 @@ def _middle(span: Span) -> Span:
 
 ONE_LINE = {"cosine_2": 0.0, "sine_2": 0.0, "ratio_2": 2.0, "cosine_3": 0.0, "sine_3": 0.0, "ratio_3": 3.0}
 """Fringes of one period only."""
-FIRST, SECOND = "fitted to table 1 of qiu2023", "fitted to the mean and the standard deviation that tong2019 prints"
+FIRST = "fitted to table 1 of qiu2023, and to what eq. 7 leaves in its table 2"
+SECOND = "fitted to the mean and the standard deviation that tong2019 prints"
 
 QIU2023 = typical(
     MEDIUM,
     "qiu2023",
-    package_s=at(900.0, "s", FIRST + ": holds of 1 h that are quiet at their end"),
+    package_s=at(1000.0, "s", FIRST + ": holds of 1 h that are quiet at their end"),
     sensor_s=at(60.0, "s", "prior"),
     winding_error_turns=at(0.2, "1", "prior: a coil wound with care"),
     random_walk=at(0.0014, "°/√h", FIRST + ": its holds"),
     flicker=at(0.0015, "°/h", FIRST + ": its holds"),
     rate_random_walk=at(0.0003, "°/h/√h", "prior"),
     fixed={
-        "static_bias": {"offset": 0.02, "slope": -1.9e-4, "curvature": 0.0, "cubic": 0.0},
-        "mohr": {"coefficient": 0.7},
-        "rate_temperature_coupling": {"slope": 9.5e-5, "curvature": 3.45e-5},
-        "polarization": {"period": 24.0, "cosine": 0.0182, "sine": -0.0238, **ONE_LINE},
+        "static_bias": {"offset": 0.02, "slope": 1.52e-3, "curvature": 1.71e-5, "cubic": -6.96e-7},
+        "mohr": {"coefficient": 0.936},
+        "rate_temperature_coupling": {"slope": -4.73e-3, "curvature": -1.775e-4},
     },
 )
 """A quadrupolar coil of medium accuracy. The printed holds are far below the ramps, the ramps spread as much as the whole run: that takes a bias that
-follows the rate (C_M 0.7 (°/h)/(K/min), 3e-6 /K more in the outermost layers than in the others) and is late by a package of a quarter of an hour,
-with fringes of 24 K on top. The stages are cut at the thermometer: a hold is where it moves at less than a tenth of the ramps' rate."""
+follows the rate (C_M 0.9 (°/h)/(K/min), 4e-6 /K more in the outermost layers than in the others) and is late by a package of a quarter of an hour.
+What a polynomial of T and dT/dt leaves of the ramps, most at both ends of the range, takes a C_M that falls to either side of 7 °C and a cubic bias;
+fringes are not needed. The stages are cut at the thermometer: a hold is where it moves at less than a tenth of the ramps' rate."""
 
 TONG2019 = typical(
     MEDIUM,
