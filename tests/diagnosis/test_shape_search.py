@@ -7,8 +7,39 @@ import torch
 
 from zoo.diagnosis.diagnose import open_bench
 from zoo.diagnosis.screening import Here
+from zoo.diagnosis.trials import round_of
+from zoo.effects.base import Effect, History, Parameter
+from zoo.simulator.in_process import as_run
 
 BLOCK_S = 100.0
+
+
+class Bump(Effect):
+    """A·exp(−((T − T0)/w)²/2): a cubic bias takes up much of one, and what it leaves looks like a bump elsewhere."""
+
+    name = "bump"
+    place = "coil"
+    shape = (
+        Parameter("centre", 10.0, "°C", -30.0, 50.0, source="a user's", meaning="T0"),
+        Parameter("width", 5.0, "K", 2.0, 15.0, "log", source="a user's", meaning="w"),
+    )
+    amplitudes = (Parameter("height", 0.0, "unit", -10.0, 10.0, source="a user's", meaning="A"),)
+    formula, source, signature, confused_with = "A·exp(−((T − T0)/w)²/2)", "a user", "a bump at one temperature", ("polarization",)
+
+    def columns(self, history: History, shape: torch.Tensor) -> torch.Tensor:
+        return torch.exp(-(((history.temperature - shape[..., 0:1]) / shape[..., 1:2]) ** 2) / 2).unsqueeze(-1)
+
+
+@pytest.mark.parametrize(("seed", "centre"), [(11, 10.4), (14, -2.2)])
+def test_of_two_minima_the_lower_is_found(simulation, base, catalogue, seed, centre) -> None:
+    """The grid of an effect of one's own is coarse: where it is lowest another minimum may lie, far above."""
+    runs = []
+    for one in simulation(seed=seed).runs:
+        coil = one.truth["temperature_coil_c"]
+        runs.append(replace(as_run(one), error=as_run(one).error + 0.22 * torch.exp(-(((coil - centre) / 8.4) ** 2) / 2)))
+    bench = open_bench(runs, base, {**{name: catalogue[name] for name in base}, "bump": Bump()})
+    model = round_of(bench, bench.begin(tuple(base)), ["bump"], 3.0, lambda told: None).trials[0].solved.model
+    assert float(dict(model.named_effects())["bump"].shape_value[0].detach()) == pytest.approx(centre, abs=1.0)
 
 
 def paused(run, pause_s=15.0):

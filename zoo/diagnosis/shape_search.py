@@ -8,6 +8,7 @@ import torch
 from torch import Tensor
 
 from zoo.effects.base import Effect, History
+from zoo.effects.bounds import to_unit
 from zoo.fitting.design import Design
 from zoo.fitting.projection import complement, orthonormal, project
 from zoo.scoring.noise import Whitener
@@ -19,6 +20,8 @@ UNUSUAL, HALF = 6.0, 0.5
 RIVAL = 0.4
 """Share of the best shape's gain that another, apart from it, must have to be looked at as closely: what a line shows of its power midway between
 two frequencies of a grid. Means over blocks show a line and its image below their length at one frequency, and the grid meets one of them closer."""
+STEPS_APART = 1.5
+"""Steps of the grid by which shapes are apart where the effect does not say what is near."""
 MANY = 50
 """Shapes above which the columns of an effect without memory are computed at the means of each block, in single precision, to find the best."""
 
@@ -93,11 +96,24 @@ class Beside:
             return [shapes]
         costs = self._at_means(effect, shapes)
         least, first = costs.min(dim=0)
-        near = effect.shapes_near(shapes[first], self.span_s)
-        costs[((shapes >= near.amin(0)) & (shapes <= near.amax(0))).all(-1)] = torch.inf
+        costs[alike(effect, shapes, shapes[first], self.span_s)] = torch.inf
         second, gain = costs.argmin(), float(self.residual.square().sum() - least)
         rival = float(costs[second]) <= float(least) + (1 - RIVAL) * gain
         return [shapes[one].unsqueeze(0) for one in ((first, second) if rival else (first,))]
+
+
+def says_what_is_near(effect: Effect) -> bool:
+    """Whether it has surroundings of its own for a shape, see `Effect.shapes_near`."""
+    return type(effect).shapes_near is not Effect.shapes_near
+
+
+def alike(effect: Effect, shapes: Tensor, shape: Tensor, span_s: float) -> Tensor:
+    """(G,) bool: which of some shapes (G, S) are near another (S,), as the effect has it, or else on its grid."""
+    if says_what_is_near(effect):
+        near = effect.shapes_near(shape, span_s)
+        return ((shapes >= near.amin(0)) & (shapes <= near.amax(0))).all(-1)
+    steps = (to_unit(shapes, effect.shape) - to_unit(shape, effect.shape)).abs() * torch.tensor([float(one.grid) for one in effect.shape]).to(shapes)
+    return (steps < STEPS_APART).all(-1)
 
 
 def unusual(effect: Effect, shapes: Tensor) -> Tensor:

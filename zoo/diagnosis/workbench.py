@@ -11,7 +11,7 @@ from torch import Tensor
 
 from zoo.diagnosis.noise_likelihood import START, NoiseMixtures, Place, gain
 from zoo.diagnosis.preparation import reference_varies, without_outliers
-from zoo.diagnosis.shape_search import Beside, unusual
+from zoo.diagnosis.shape_search import Beside, alike, says_what_is_near, unusual
 from zoo.diagnosis.solved import Solved
 from zoo.effects.base import Effect
 from zoo.effects.bounds import to_physical, to_unit
@@ -33,6 +33,9 @@ QUIET = 0.7
 VARIED_REFERENCE = "a reference that changes"
 WORTH_RESHAPING, RESHAPED = 2.0, 2
 """χ² that another shape must gain for the fit to start from there once more, and how often it may."""
+WORTH_A_FIT, FITS = 0.7, 3
+"""Share of the gain of the best start that one of another shape must have to be fitted from as well, and how many are: the better of two starts may
+lead to the worse of two minima."""
 COARSE, FINE = 1e-3, 1e-5
 """Tolerance of the fit of a candidate, which decides by evidence of 5 and more, and of a model that is kept."""
 
@@ -153,12 +156,39 @@ class Workbench:
 
     def extended(self, base: Solved, name: str, shape: Tensor, far: bool = True, start: Tensor | None = None, looked: Tensor | None = None) -> Fit:
         """The same without anything being kept of it, see `fitted`; `looked` is θ (P+S,) elsewhere, where all shapes were tried there already."""
-        near = torch.cat([base.fit.theta, to_unit(shape, self.effects[name].shape).to(base.fit.theta)])
+        effect = self.effects[name]
+        near = self._with_shapes(base, effect, shape.unsqueeze(0))
         if start is None:
             widely = far and base.rms > FAR * self.mixtures.white
             shapes = self.shapes(name) if widely else shape.unsqueeze(0)
-            start = looked if widely and looked is not None else base.elsewhere.look(self.effects[name], shapes, self.span_s)
-        return self.fitted((*base.names, name), [near, start], COARSE)
+            start = looked if widely and looked is not None else base.elsewhere.look(effect, shapes, self.span_s)
+        starts = self._apart(base, name, torch.cat([near, start.unsqueeze(0)]))
+        return min((self.fitted((*base.names, name), [one], COARSE) for one in starts), key=lambda one: one.total)
+
+    def _apart(self, base: Solved, name: str, starts: Tensor) -> list[Tensor]:
+        """Where to fit a model with one more effect from: the cheapest of some θ (G, P+S).
+
+        Unless the effect says itself where a fit would not find its way, all shapes of its grid are among them, and of those that are apart the
+        cheapest of others that gain nearly as much are taken as well.
+        """
+        effect, design = self.effects[name], self.design((*base.names, name))
+        if says_what_is_near(effect) or not effect.shape:
+            return [cheapest(design, starts)]
+        starts = torch.cat([starts, self._with_shapes(base, effect, self.shapes(name))])
+        costs = design.cost(starts)
+        shapes, least = to_physical(starts[:, len(base.fit.theta) :], effect.shape), float(costs.min())
+        most = least + (1 - WORTH_A_FIT) * (base.fit.total - least)
+        chosen: list[Tensor] = []
+        while len(chosen) < FITS and (not chosen or float(costs.min()) <= most):
+            best = costs.argmin()
+            chosen.append(starts[best])
+            costs = torch.where(alike(effect, shapes, shapes[best], self.span_s), torch.inf, costs)
+        return chosen
+
+    def _with_shapes(self, base: Solved, effect: Effect, shapes: Tensor) -> Tensor:
+        """(G, P+S) θ of a model with one more effect of some physical shapes (G, S), all else as it is."""
+        added = to_unit(shapes, effect.shape).to(base.fit.theta)
+        return torch.cat([base.fit.theta.expand(len(shapes), -1), added], dim=1)
 
     def finish(self, solved: Solved, added: tuple[str, ...] = ()) -> Solved:
         """Fit on from a coarse solution, and again from wherever the shape of an added effect is better beside all the others as they are now.
