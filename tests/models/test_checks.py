@@ -12,7 +12,7 @@ from zoo.catalog import build, names
 from zoo.effects.checks import check_effect
 from zoo.errors import InputError
 from zoo.models.base import FeatureModel, Model
-from zoo.models.checks import check_model, check_trainable
+from zoo.models.checks import check_many_weights, check_model, check_trainable
 from zoo.models.features import Features
 from zoo.models.graybox import GrayBox
 
@@ -69,6 +69,11 @@ class Whole(Good):
         return self.extract(x) - self.extract(x).mean(0)
 
 
+class Remembers(Good):
+    def head(self, features: Tensor) -> Tensor:
+        return super().head(features).cumsum(-1)
+
+
 class Bent(Good):
     def head(self, features: Tensor) -> Tensor:
         return (self.weight[0] + self.weight[1] * features[..., 0]).tanh()
@@ -94,6 +99,7 @@ class Timeless(Good):
         (Headless, "features and head are to be written"),
         (Ahead, "looks into the future"),
         (Whole, "looks into the future"),
+        (Remembers, "depends on the rows beside it"),
         (Bent, "not linear in weight"),
         (Absent, "weigth: no such parameter; there are weight"),
         (Timeless, "time_s first"),
@@ -105,6 +111,32 @@ def test_what_is_wrong_is_said(wrong, words) -> None:
         check_model(wrong(1, 1) if wrong is nn.Linear else wrong())
     assert len(str(told.value).splitlines()) == 1
     assert wrong.__name__ in str(told.value)
+
+
+class Layered(Good):
+    """A layer before the two numbers."""
+
+    def __init__(self, layer: nn.Module) -> None:
+        super().__init__()
+        self.layer = layer
+
+    def head(self, features: Tensor) -> Tensor:
+        found = self.layer(features.unsqueeze(0))
+        return super().head((found[0] if isinstance(found, tuple) else found).squeeze(0))
+
+
+@pytest.mark.parametrize(
+    ("layer", "words"),
+    [
+        (nn.GRU(1, 1, batch_first=True, dtype=torch.float64), "vmap, by which many weights .* fails with"),
+        (nn.Dropout(0.5), "vmap, by which many weights .* random"),
+        (nn.Linear(1, 1), "layer.weight, layer.bias: weights of torch.float64 are needed"),
+    ],
+)
+def test_layers_that_do_not_take_many_weights_at_once_are_told(layer, words) -> None:
+    check_many_weights(Layered(nn.Linear(1, 1, dtype=torch.float64)))
+    with pytest.raises(InputError, match=words):
+        check_many_weights(Layered(layer))
 
 
 def test_weights_that_no_gradient_reaches_are_told() -> None:

@@ -82,6 +82,35 @@ def test_what_is_right_is_trained(make_run, tmp_path, model, optimizer) -> None:
     assert metrics["rms"] > 0
 
 
+class Plain(Richer):
+    """Weights of its own beside a layer's."""
+
+    linear_in: ClassVar[tuple[str, ...]] = ()
+
+    def __init__(self, drawn: bool) -> None:
+        super().__init__()
+        self.own = nn.Parameter(torch.zeros(1, dtype=torch.float64))
+        self.layer = nn.Bilinear(1, 1, 1, dtype=torch.float64) if drawn else None
+        self.hidden, self.output = nn.Identity(), nn.Identity()
+
+    def head(self, features: Tensor) -> Tensor:
+        x = self.scaler(features[..., :1])
+        return self.scaler.restore(self.own * x[..., 0] + (0.0 if self.layer is None else self.layer(x, x)[..., 0]))
+
+    def formula(self) -> dict[str, object]:
+        return {}
+
+
+def test_seeds_are_no_copies(make_run, tmp_path) -> None:
+    """Of torch's layers those are drawn that say how; a model of which nothing is drawn is refused, unless its optimizer draws."""
+    fit = partial(train, runs=[make_run()], seeds=2, epochs=3, out=tmp_path)
+    adam = partial(torch.optim.Adam, lr=0.01)
+    assert len(set(fit(Plain(True), optimizer=adam)["members"]["rms"])) == 2
+    with pytest.raises(InputError, match=r"nothing draws own; give their module a method draw_weights"):
+        fit(Plain(False), optimizer=adam)
+    assert fit(Plain(False), optimizer=build("optimizer", "pso"))["rms"] > 0
+
+
 def test_a_model_is_tried_as_it_predicts_and_left_as_it_was() -> None:
     model = Dropped()
     check_model(model)

@@ -6,6 +6,7 @@ import copy
 
 import torch
 from torch import Tensor
+from torch.func import functional_call, vmap
 
 from zoo.errors import InputError, in_brief
 from zoo.models.base import FeatureModel, Model
@@ -44,7 +45,33 @@ def check_model(model: object, tried: bool = True) -> None:
         apart = (_predicted(model, later)[:half] - whole[:half]).abs().nan_to_num().amax()
         if float(apart) > SAME * float(whole.nan_to_num().abs().amax()):
             raise InputError(f"{own} looks into the future: its predictions change with rows that come after them")
+        if isinstance(model, FeatureModel):
+            _check_static(model, x)
         _check_linear(model, x)
+
+
+def check_many_weights(model: FeatureModel) -> None:
+    """Refuse one that cannot be evaluated with many weights in one pass, as swarms, ensembles and Levenberg–Marquardt do.
+
+    Args:
+        model: with weights.
+
+    Raises:
+        InputError: says what is needed.
+    """
+    own, x = type(model).__name__, example(model.inputs, {})[:50]
+    odd = [name for name, weight in model.named_parameters() if weight.dtype != torch.float64]
+    if odd:
+        raise InputError(f"{own}: {', '.join(odd)}: weights of torch.float64 are needed here")
+    model = copy.deepcopy(model)
+    several = {name: torch.stack([weight.detach()] * 2) for name, weight in model.named_parameters()}
+    try:
+        vmap(lambda weights: functional_call(model, weights, (x,)))(several)
+    except Exception as error:
+        raise InputError(
+            f"{own}: torch.func.vmap, by which many weights are evaluated in one pass, fails with {in_brief(error)}; plain operations go through it, "
+            "and nn.GRU, dropout and batch norm do not"
+        ) from error
 
 
 def check_trainable(model: FeatureModel) -> None:
@@ -82,6 +109,17 @@ def _predicted(model: Model, x: Tensor) -> Tensor:
     return found
 
 
+def _check_static(model: FeatureModel, x: Tensor) -> None:
+    """What a head makes of a row of features is the same whatever rows stand beside it, and in what order."""
+    features = model.features(x)
+    whole, turned = model.head(features), model.head(features.flip(0)).flip(0)
+    if float((turned - whole).abs().nan_to_num().amax()) > SAME * float(whole.nan_to_num().abs().amax()):
+        raise InputError(
+            f"{type(model).__name__}.head: what it makes of a row depends on the rows beside it; it is a map of one row, and what remembers belongs "
+            "into features, without weights"
+        )
+
+
 def _check_linear(model: Model, x: Tensor) -> None:
     """What `linear_in` names must be there, and two equal steps of it move the prediction by as much."""
     named = getattr(model, "linear_in", ())
@@ -92,8 +130,6 @@ def _check_linear(model: Model, x: Tensor) -> None:
     moved = {name: torch.linspace(0.3, 0.7, weights[name].numel(), dtype=x.dtype).reshape(weights[name].shape) for name in named if name in weights}
     if not moved:
         return
-    none, once, twice = (
-        torch.func.functional_call(model, {name: weights[name] + steps * step for name, step in moved.items()}, (x,)) for steps in (0, 1, 2)
-    )
+    none, once, twice = (functional_call(model, {name: weights[name] + steps * step for name, step in moved.items()}, (x,)) for steps in (0, 1, 2))
     if float((twice - 2 * once + none).abs().nan_to_num().amax()) > BENDS * float((once - none).abs().nan_to_num().amax()):
         raise InputError(f"{type(model).__name__}.linear_in: the prediction is not linear in {', '.join(moved)}")

@@ -23,7 +23,7 @@ from zoo.errors import InputError
 from zoo.given import LARGEST_SEED, check_number
 from zoo.measurements.run import Run
 from zoo.models.base import FeatureModel, Model
-from zoo.models.checks import check_model, check_trainable
+from zoo.models.checks import check_many_weights, check_model, check_trainable
 from zoo.models.prediction import usable_device
 from zoo.threads import threads_for
 from zoo.training.checkpoints import save_fitted
@@ -38,7 +38,7 @@ from zoo.training.random_init import RandomInit
 from zoo.training.schedule import Schedule
 from zoo.training.scores import score_runs
 from zoo.training.stepwise import Stepwise, fit_stepwise, is_stepwise
-from zoo.training.weights import weight_vector
+from zoo.training.weights import check_drawn, weight_vector
 
 EVENTS = "tensorboard"
 WIDTH = 32
@@ -129,6 +129,8 @@ def train(
         else:
             schedule = Schedule(epochs, goal, device, batch_size, resume, settings)
             start = init or RandomInit(seed)
+            if seeds > 1 and batch_size is None and isinstance(start, RandomInit) and getattr(optimizer, "starts_from_init", True):
+                check_drawn(model)
             if is_stepwise(optimizer):
                 method = cast(Stepwise, optimizer)
                 members = fit_stepwise(cast(FeatureModel, model), runs, method, _drawing(start, "optimizer"), schedule, every, out, log_to(logger))
@@ -229,6 +231,8 @@ def _check(model: Model, runs: Sequence[Run], optimizer: MakeOptimizer | Fitter 
         raise InputError(f"{type(model).__name__} is no map of features and cannot be trained by gradient; {instead}")
     if not hasattr(optimizer, "fit"):
         weight_vector(model)  # raises where there are none
+        if not _of_the_house(model):
+            check_many_weights(cast(FeatureModel, model))
         if not is_stepwise(optimizer):
             if not _of_the_house(model):
                 check_trainable(cast(FeatureModel, model))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import copy
 import math
 from collections.abc import Callable
 
@@ -22,7 +23,7 @@ def reset(model: nn.Module, generator: Generator) -> None:
     """Draw a model's weights at random.
 
     A module may say how in a method ``draw_weights(generator)``; linear layers are drawn as torch does, uniform within ±1/√inputs (He et al.
-    2015 with a = √5); parameters of other modules stay as they are.
+    2015 with a = √5), and other layers of torch as their ``reset_parameters`` does; parameters of other modules stay as they are.
 
     Args:
         model: changed in place.
@@ -37,6 +38,27 @@ def reset(model: nn.Module, generator: Generator) -> None:
             for parameter in module.parameters(recurse=False):
                 drawn = torch.rand(parameter.shape, generator=generator, dtype=parameter.dtype, device=generator.device)
                 parameter.data.copy_(bound * (2 * drawn - 1))
+        elif (as_torch := getattr(module, "reset_parameters", None)) is not None:
+            with torch.random.fork_rng(devices=[]):
+                torch.manual_seed(int(torch.randint(2**31, (1,), generator=generator, device=generator.device)))
+                as_torch()
+
+
+def check_drawn(model: nn.Module) -> None:
+    """Refuse several seeds of a model of which nothing is drawn.
+
+    Raises:
+        InputError: the weights of two seeds are alike.
+    """
+    two = [copy.deepcopy(model) for _ in range(2)]
+    for seed, one in enumerate(two):
+        reset(one, Generator().manual_seed(seed))
+    if torch.equal(*map(weight_vector, two)):
+        names = ", ".join(name for name, _ in model.named_parameters())
+        raise InputError(
+            f"seeds: {type(model).__name__} starts from the same weights with every seed, so that all would be copies: nothing draws {names}; give "
+            "their module a method draw_weights(generator), or leave seeds out"
+        )
 
 
 class Head(nn.Module):
