@@ -129,7 +129,13 @@ def train(
         else:
             schedule = Schedule(epochs, goal, device, batch_size, resume, settings)
             start = init or RandomInit(seed)
-            if seeds > 1 and batch_size is None and isinstance(start, RandomInit) and getattr(optimizer, "starts_from_init", True):
+            if (
+                seeds > 1
+                and batch_size is None
+                and not _of_the_house(model)
+                and isinstance(start, RandomInit)
+                and getattr(optimizer, "starts_from_init", True)
+            ):
                 check_drawn(model)
             if is_stepwise(optimizer):
                 method = cast(Stepwise, optimizer)
