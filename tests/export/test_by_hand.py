@@ -50,9 +50,13 @@ def evaluated(formula: dict[str, Any], feature: Row) -> float:
         return terms(formula["coefficients"], feature)
     if "segments" in formula:
         first = next(iter(formula["segments"][0]))
-        return next(terms(one["coefficients"], feature) for one in formula["segments"] if one[first][1] is None or feature[first] < one[first][1])
+        own = next(one for one in formula["segments"] if one[first][1] is None or feature[first] < one[first][1])
+        z, found = (feature[first] - own["centred"]["middle"]) / own["centred"]["half"], terms(own["coefficients"], feature)
+        assert terms(own["centred"]["coefficients"], feature | {"z": z}) == pytest.approx(found, rel=1e-9, abs=1e-12)
+        return found
     if "rules" in formula:
-        shares = [math.exp(-sum(((feature[k] - c) / one["width"][k]) ** 2 / 2 for k, c in one["centre"].items())) for one in formula["rules"]]
+        exponents = [-sum(((feature[k] - c) / one["width"][k]) ** 2 / 2 for k, c in one["centre"].items()) for one in formula["rules"]]
+        shares = [math.exp(one - max(exponents)) for one in exponents]
         return sum(share * terms(one["consequent"], feature) for share, one in zip(shares, formula["rules"], strict=True)) / sum(shares)
     sums = [one["bias"] + sum(weight * feature[k] for k, weight in one["inputs"].items()) for one in formula["neurons"]]
     shape = (lambda u: math.cos(1.75 * u) * math.exp(-(u**2) / 2)) if "cos(1.75·" in formula["equation"] else math.tanh

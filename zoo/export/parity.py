@@ -72,6 +72,10 @@ def differences(model: Model, asked: Model, files: Files, tables: Mapping[str, T
             refusing = outside(watched(own), watched.names, refused).any(1)
             scale = float(truth.abs().max())
             for what, (given, wanted) in _pairs(files, own, truth).items():
+                if given.shape != wanted.shape:
+                    raise WorkError(
+                        f"{what}: shapes {tuple(given.shape)} and {tuple(wanted.shape)}; one row of features (F,) must give one number ()"
+                    )
                 silent = refusing[: len(given)]
                 if refused and not torch.equal(given.isnan(), silent):
                     raise WorkError(f"{run}: {what} differ in which rows lie outside of the trained range; nothing was written")

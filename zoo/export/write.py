@@ -26,6 +26,21 @@ from zoo.units import output_suffix, symbol
 
 CALL = "step.pt2: (row of inputs, state) -> (prediction, state), the first state step_state times NaN; in it first the time of the last row used"
 """How the file that keeps no state of its own is used, for the metadata."""
+MEANING = {
+    "inputs": "columns of a row, in this order",
+    "inputs_without_influence": "columns that the model was given and that decide nothing: not among the inputs",
+    "trained_range": "lowest and highest of each column, rate and lag in the fitted runs; null where any value is as good as another",
+    "room_outside": "step_checked and refuse_outside take a value for inside up to this share of the range beyond its ends",
+    "refuse_outside": "whether predictions outside are NaN",
+    "step_state": "numbers of step.pt2's state",
+    "features": "how each feature comes from its column, row by row",
+    "formula": "the model in physical units, of the features; of physical effects their formulas, parameters under physical",
+    "physical": "parameters with standard errors",
+    "settings": "the model's class and its arguments",
+    "average_s": "block means that the model was fitted and judged on",
+    "parity": "largest differences between files and model, measured as they were written",
+}
+"""What the metadata's fields are, for who has nothing else."""
 PLAIN = {"v": "V", "ut": "µT", "pct": "%", "kpa": "kPa"}
 """Units of columns that the zoo never converts, by suffix."""
 
@@ -87,6 +102,7 @@ def write_export(
             "rows_stepped": STEPPED,
         },
         "files": {name: {"format": FORMATS[name], "bytes": len(file), "sha256": hashlib.sha256(file).hexdigest()} for name, file in files.items()},
+        "meaning": MEANING,
         "exported": datetime.datetime.now(datetime.UTC).isoformat(timespec="seconds"),
     }
     text = json.dumps(metadata, indent=2, ensure_ascii=False, allow_nan=False) + "\n"

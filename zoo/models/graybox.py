@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from typing import Any
 
 import torch
 from torch import Tensor, nn
@@ -12,7 +13,7 @@ from zoo.effects.bounds import to_physical, to_unit
 from zoo.effects.sum import Sum
 from zoo.errors import InputError
 from zoo.models.base import Model
-from zoo.models.places import coil_parameters, histories, housing_last
+from zoo.models.places import coil_parameters, histories, housing_last, in_words
 
 UNSEEN = -1
 """Number of a run that was not fitted: what happened once in a fitted run does not happen in it."""
@@ -113,6 +114,18 @@ class GrayBox(Model):
     def shares(self, x: Tensor, run: int = UNSEEN) -> dict[str, Tensor]:
         """(T,) error of each effect [output's unit] by name."""
         return self.effects.shares(self.histories(x, self.coil_value, run))
+
+    def formula(self) -> dict[str, Any]:
+        """Each effect's formula at its place, whose parameters stand elsewhere, under ``physical``.
+
+        Returns:
+            ``{"equation": …, "effects": {name: {"formula": …, "place": …, "source": …}}, "places": {place: …}}``.
+        """
+        return {
+            "equation": "Σ of the effects, T, dT/dt [K/min] and gradient being those of each one's place; parameters, the coil's as well, under physical",
+            "effects": {name: {key: getattr(effect, key) for key in ("formula", "place", "source")} for name, effect in self.named_effects()},
+            "places": in_words(self.thermometers),
+        }
 
     def forward(self, x: Tensor) -> Tensor:
         """Predict the error, see `Model.forward`."""

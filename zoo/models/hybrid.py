@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 from torch import Tensor
 
 from zoo.effects.base import Effect
@@ -43,6 +45,10 @@ class Hybrid(Model):
         self.physics = GrayBox(effects, inputs, in_motion)
         self.inputs = list(inputs)
         self.columns = [self.inputs.index(column) for column in network.inputs]
+
+    def formula(self) -> dict[str, Any]:
+        """``{"equation": …, "network": …, "effects": …, "places": …}``, see those of the two parts."""
+        return self.physics.formula() | {"equation": "network + Σ of the effects, see the formulas of these", "network": self.network.formula()}
 
     def forward(self, x: Tensor) -> Tensor:
         """Predict the error, see `Model.forward`."""

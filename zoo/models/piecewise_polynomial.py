@@ -155,21 +155,31 @@ class PiecewisePolynomial(FeatureModel):
         """The polynomial of each segment, lowest first, and from where to where it holds; None where it has no end.
 
         Returns:
-            ``{"equation": …, "segments": [{"temperature": [from, to], "coefficients": {"1": …, "temperature": …, "temperature^2": …, …}}, …]}``
-            [unit of the feature; output's unit per unit of the feature to its power].
+            ``{"equation": …, "segments": [{"temperature": [from, to], "coefficients": {"1": …, "temperature": …, "temperature^2": …, …},
+            "centred": {"middle": m, "half": h, "coefficients": {"1": …, "z": …, "z^2": …, …}}}, …]}`` [unit of the feature; output's unit per unit of
+            the feature to its power; of z, the output's unit].
         """
         bounds = [None, *self.edges.tolist(), None]
         first = self.extract.names[0]
         return {
-            "equation": f"sum of coefficient × feature^power of the segment that {first} is in, the constant under 1",
-            "segments": [{first: list(ends), "coefficients": self._coefficients(segment)} for segment, ends in enumerate(itertools.pairwise(bounds))],
+            "equation": (
+                f"sum of coefficient × feature^power of the segment that {first} is in, from ≤ {first} < to, the constant under 1; in single "
+                f"precision those under centred, of z = ({first} − middle)/half"
+            ),
+            "segments": [self._segment_formula(segment, ends) for segment, ends in enumerate(itertools.pairwise(bounds))],
         }
 
-    def _coefficients(self, segment: int) -> dict[str, float]:
+    def _segment_formula(self, segment: int, ends: tuple[float | None, float | None]) -> dict[str, Any]:
+        name, middle, half = self.extract.names[0], float(self._middle()[segment]), float(self._half()[segment])
+        centred = {"middle": middle, "half": half, "coefficients": self._coefficients(segment, "z", 0.0, 1.0)}
+        return {name: list(ends), "coefficients": self._coefficients(segment, name, middle, half), "centred": centred}
+
+    def _coefficients(self, segment: int, name: str, middle: float, half: float) -> dict[str, float]:
+        """Of the powers of (first feature − middle)/half, multiplied out under a name, and of those of the other features."""
         scale, row = float(self.scaler.error_scale), 0 if self.continuous else segment
         own, constant = self.own.detach(), self.constant.detach()
-        name, *others = self.extract.names
-        found = expanded(name, (scale * own[segment]).tolist(), float(self._middle()[segment]), float(self._half()[segment]))
+        others = self.extract.names[1:]
+        found = expanded(name, (scale * own[segment]).tolist(), middle, half)
         found["1"] += float(self.scaler.error_centre) + scale * float(constant[row])
         if self.continuous:  # the segments below stand at 1, those above at −1
             sign = (-1.0) ** torch.arange(1, self.order + 1).to(own)

@@ -164,6 +164,22 @@ def coil(time: Tensor, thermometers: Tensor, theta: Tensor, in_motion: bool = Fa
     return temperature, (rate + ahead * bend) * SECONDS_PER_MINUTE, gradient
 
 
+def in_words(thermometers: list[str]) -> dict[str, str]:
+    """What the temperature of each place is, in words that a metadata file can hold; as `coil` and `histories` compute it.
+
+    Args:
+        thermometers: columns, the main one first and the housing's last.
+    """
+    main, *others = thermometers
+    if others:
+        mixed = " + ".join([main, *(f"weight_{name.removeprefix('temperature_').removesuffix('_c')}·({name} − {main})" for name in others)])
+        coil = f"u = {mixed}; v = lag(lag(u; τ = lag); τ = {STEADY_S:g} s); T = v + (lead + {STEADY_S:g} s)·dv/dt; gradient = {others[-1]} − {main}"
+    else:
+        coil = f"u = {main}; v = lag(lag(u; τ1 = lag); τ2 = second·lag); T = v + max(0, lead + τ1 + τ2)·dv/dt; gradient = u − T"
+    housing = f"T = {thermometers[-1]}; dT/dt [K/min] = gradient = T − lag(T; τ = {SECONDS_PER_MINUTE:g} s)"
+    return {"coil": coil, "housing": housing}
+
+
 def histories(
     time: Tensor,
     table: dict[str, Tensor],

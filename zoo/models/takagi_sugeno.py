@@ -122,5 +122,8 @@ class TakagiSugeno(FeatureModel):
             }
             for centre, width, constant, slope in zip(centres, widths, constants.tolist(), slopes, strict=True)
         ]
-        equation = "Σ_j μ_j·(consequent_j of the features) / Σ_j μ_j,  μ_j = Π_i exp(−(feature_i − centre_ji)²/(2·width_ji²))"
+        equation = (
+            "Σ_j μ_j·(consequent_j of the features) / Σ_j μ_j,  μ_j = exp(e_j − max_j e_j),  e_j = −Σ_i (feature_i − centre_ji)²/(2·width_ji²); "
+            "without the maximum all μ_j round to 0 far outside"
+        )
         return {"equation": equation, "rules": rules}

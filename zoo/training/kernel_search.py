@@ -26,6 +26,11 @@ WORTH = 1e-3
 """Share by which a step must lower the mean square to be taken."""
 
 
+MOST_OF_WEIGHTS = 1e6
+"""Σ|α| up to which a choice counts: rounding of features and sums (1e-15) then leaves 1e-9 of the error's spread in a prediction. Beyond, large
+weights cancel where there are samples, and nowhere else."""
+
+
 @dataclass(frozen=True, eq=False)
 class Kernel:
     """One choice.
@@ -80,6 +85,8 @@ def _refined(best: Kernel, tried: Callable[[Tensor, Tensor], Kernel]) -> tuple[T
 
 def _best_gamma(points: Tensor, target: Tensor, folds: Tensor | None, width: Tensor, gammas: Tensor) -> Kernel:
     scaled = points / 2.0**width
-    losses = Dual(gaussians(scaled, scaled), target, 2.0**gammas).left_out_errors(folds).square().mean(0).nan_to_num(nan=torch.inf)
+    dual = Dual(gaussians(scaled, scaled), target, 2.0**gammas)
+    losses = dual.left_out_errors(folds).square().mean(0).nan_to_num(nan=torch.inf)
+    losses = torch.where(dual.solution[0].abs().sum(0) <= MOST_OF_WEIGHTS, losses, torch.inf)
     index = int(losses.argmin())
     return Kernel(width, float(gammas[index]), float(losses[index]))

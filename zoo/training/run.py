@@ -128,15 +128,7 @@ def train(
             members = _fit_by_itself(model, runs, cast(Fitter, optimizer), every, place, out)
         else:
             schedule = Schedule(epochs, goal, device, batch_size, resume, settings)
-            start = init or RandomInit(seed)
-            if (
-                seeds > 1
-                and batch_size is None
-                and not _of_the_house(model)
-                and isinstance(start, RandomInit)
-                and getattr(optimizer, "starts_from_init", True)
-            ):
-                check_drawn(model)
+            start = _drawing_apart(init or RandomInit(seed), model, optimizer, seeds)
             if is_stepwise(optimizer):
                 method = cast(Stepwise, optimizer)
                 members = fit_stepwise(cast(FeatureModel, model), runs, method, _drawing(start, "optimizer"), schedule, every, out, log_to(logger))
@@ -193,6 +185,13 @@ def _fit_by_gradient(
         return fit_by_gradient(cast(FeatureModel, one), runs, optimizer, start, by_itself, [seed], out, curve)[0]
 
     return one_after_another(model, seeds, alone)
+
+
+def _drawing_apart(init: Callback, model: Model, optimizer: MakeOptimizer | Stepwise, seeds: int) -> Callback:
+    """The same, unless it would give many seeds of a model from outside the same weights."""
+    if seeds > 1 and isinstance(init, RandomInit) and getattr(optimizer, "starts_from_init", True) and not _of_the_house(model):
+        check_drawn(model)
+    return init
 
 
 def _drawing(init: Callback, who: str) -> Init:

@@ -22,8 +22,8 @@ ROWS_OF_COLUMNS = 8192
 def reset(model: nn.Module, generator: Generator) -> None:
     """Draw a model's weights at random.
 
-    A module may say how in a method ``draw_weights(generator)``; linear layers are drawn as torch does, uniform within ±1/√inputs (He et al.
-    2015 with a = √5), and other layers of torch as their ``reset_parameters`` does; parameters of other modules stay as they are.
+    A module may say how in a method ``draw_weights(generator)``; torch's own layers are drawn uniform within ±1/√inputs, as torch does (He et al.
+    2015 with a = √5), but for those without a matrix, as norms; parameters of other modules stay as they are.
 
     Args:
         model: changed in place.
@@ -31,17 +31,14 @@ def reset(model: nn.Module, generator: Generator) -> None:
     """
     for module in model.modules():
         own: Callable[[Generator], None] | None = getattr(module, "draw_weights", None)
+        parameters = [*module.parameters(recurse=False)]
         if own is not None:
             own(generator)
-        elif isinstance(module, nn.Linear):
-            bound = 1 / math.sqrt(module.in_features)
-            for parameter in module.parameters(recurse=False):
+        elif type(module).__module__.startswith("torch.nn.") and any(one.ndim > 1 for one in parameters):
+            bound = 1 / math.sqrt(next(one[0].numel() for one in parameters if one.ndim > 1))
+            for parameter in parameters:
                 drawn = torch.rand(parameter.shape, generator=generator, dtype=parameter.dtype, device=generator.device)
                 parameter.data.copy_(bound * (2 * drawn - 1))
-        elif (as_torch := getattr(module, "reset_parameters", None)) is not None:
-            with torch.random.fork_rng(devices=[]):
-                torch.manual_seed(int(torch.randint(2**31, (1,), generator=generator, device=generator.device)))
-                as_torch()
 
 
 def check_drawn(model: nn.Module) -> None:
