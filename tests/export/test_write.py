@@ -102,11 +102,21 @@ class Tampered(BP):
         return features + 1e-6 * torch.arange(x.shape[0]).unsqueeze(-1)
 
 
+class Wide(BP):
+    """One number a row of many, and a list of one of a row alone."""
+
+    def head(self, features: torch.Tensor) -> torch.Tensor:
+        return self.scaler.restore(self.output.bias * self.scaler(features)[..., 0])
+
+
 @pytest.mark.slow
-def test_files_that_say_something_else_are_not_written(network, tmp_path) -> None:
-    model = Tampered(["temperature", "temperature_rate"])
+@pytest.mark.parametrize(
+    ("kind", "words"), [(Tampered, r"differ by .* nothing was written"), (Wide, r"one row of features \(F,\) must give one number")]
+)
+def test_files_that_say_something_else_are_not_written(network, tmp_path, kind, words) -> None:
+    model = kind(["temperature", "temperature_rate"])
     model.load_state_dict(network("bp").state_dict())
-    with pytest.raises(WorkError, match=r"model\.ts step and forward differ by .* nothing was written"):
+    with pytest.raises(WorkError, match=rf"model\.ts step and forward.*{words}"):
         write(model, tmp_path)
     assert not list(tmp_path.iterdir())
 

@@ -74,11 +74,6 @@ class Remembers(Good):
         return super().head(features).cumsum(-1)
 
 
-class Unsqueezed(Good):
-    def head(self, features: Tensor) -> Tensor:
-        return super().head(features) + torch.zeros(1, dtype=torch.float64)
-
-
 class Bent(Good):
     def head(self, features: Tensor) -> Tensor:
         return (self.weight[0] + self.weight[1] * features[..., 0]).tanh()
@@ -105,7 +100,6 @@ class Timeless(Good):
         (Ahead, "looks into the future"),
         (Whole, "looks into the future"),
         (Remembers, "depends on the rows beside it"),
-        (Unsqueezed, r"head returns shape \(1,\) for one row of features, shape \(1,\)"),
         (Bent, "not linear in weight"),
         (Absent, "weigth: no such parameter; there are weight"),
         (Timeless, "time_s first"),

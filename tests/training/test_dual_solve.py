@@ -13,6 +13,7 @@ from zoo.models.bp import BP
 from zoo.models.ls_svm import LsSvm, gaussians
 from zoo.models.prediction import block_features, predict_blocks
 from zoo.training.dual_solve import BLOCK, DualSolve, _folds, exact_solve
+from zoo.training.kernel_search import MOST_OF_WEIGHTS, search
 from zoo.training.least_squares import LeastSquares
 from zoo.training.leave_out import Dual
 from zoo.training.nystrom import landmarks, nystrom_solve
@@ -65,6 +66,18 @@ def test_wide_gaussians_are_a_linear_function() -> None:
     weight, bias = exact_solve(wide, target, 2.0**32)
     unseen = torch.randn(40, 2, generator=chance(5), dtype=torch.float64)
     torch.testing.assert_close(gaussians(unseen / 300.0, wide) @ weight + bias, 0.3 + unseen @ gammas(2.0, -1.0), rtol=0, atol=2e-3)
+
+
+def test_a_choice_leaves_rounding_little_to_do() -> None:
+    """Without noise the longer the weights the better is what is left out predicted, until rounding is all that is left."""
+    points, target = samples(noise=0.0)
+    kernel = search(points, target, None, lambda: None)
+    near = points / 2.0**kernel.width
+    weight, bias = exact_solve(near, target, 2.0**kernel.gamma)
+    assert 1e3 < float(weight.abs().sum()) <= 1.001 * MOST_OF_WEIGHTS
+    shaken = near * (1 + 1e-15 * torch.randn(near.shape, generator=chance(3), dtype=torch.float64))
+    torch.testing.assert_close(gaussians(shaken, near) @ weight + bias, gaussians(near, near) @ weight + bias, rtol=0, atol=1e-9)
+    assert float((gaussians(near, near) @ weight + bias - target).square().mean().sqrt()) < 1e-3
 
 
 @pytest.mark.parametrize("folds", [None, torch.arange(60) // 7, torch.arange(60) // 20], ids=["samples", "blocks", "thirds"])

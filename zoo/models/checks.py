@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import copy
-from contextlib import suppress
 
 import torch
 from torch import Tensor
@@ -112,15 +111,8 @@ def _predicted(model: Model, x: Tensor) -> Tensor:
 
 def _check_static(model: FeatureModel, x: Tensor) -> None:
     """What a head makes of a row of features is the same whatever rows stand beside it, and in what order."""
-    features, wrong = model.features(x), None
+    features = model.features(x)
     whole, turned = model.head(features), model.head(features.flip(0)).flip(0)
-    with suppress(Exception):  # of one row alone, which not all layers take; the export asks for it
-        one = model.head(features[0])
-        wrong = None if one.shape == () else tuple(one.shape)
-    if wrong is not None:
-        raise InputError(
-            f"{type(model).__name__}.head returns shape {wrong} for one row of features, shape ({features.shape[1]},); one number, () is needed"
-        )
     if float((turned - whole).abs().nan_to_num().amax()) > SAME * float(whole.nan_to_num().abs().amax()):
         raise InputError(
             f"{type(model).__name__}.head: what it makes of a row depends on the rows beside it; it is a map of one row, and what remembers belongs "

@@ -122,7 +122,7 @@ class GrayBox(Model):
             ``{"equation": …, "effects": {name: {"formula": …, "place": …, "source": …}}, "places": {place: …}}``.
         """
         return {
-            "equation": "Σ of the effects, T, dT/dt [K/min] and gradient being those of each one's place; parameters, the coil's as well, under physical",
+            "equation": "Σ of the effects, T, dT/dt [K/min] and gradient being those of its place; parameters, the coil's as well, under physical",
             "effects": {name: {key: getattr(effect, key) for key in ("formula", "place", "source")} for name, effect in self.named_effects()},
             "places": in_words(self.thermometers),
         }
