@@ -12,6 +12,7 @@ import time
 import warnings
 from collections.abc import Callable
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 from statistics import median
 
@@ -39,8 +40,8 @@ Predict = Callable[[np.ndarray], np.ndarray]
 Fit = Callable[[LsSvm, list[Run], np.ndarray, np.ndarray], Predict]
 
 
-def ours(model: LsSvm, runs: list[Run], features: np.ndarray, error: np.ndarray) -> Predict:
-    DualSolve().fit(model, runs, torch.Generator().manual_seed(1))
+def ours(model: LsSvm, runs: list[Run], features: np.ndarray, error: np.ndarray, folds: str = "auto") -> Predict:
+    DualSolve(folds).fit(model, runs, torch.Generator().manual_seed(1))
     return lambda points: model.head(torch.from_numpy(points)).numpy()
 
 
@@ -62,7 +63,12 @@ def gaussian_process(model: LsSvm, runs: list[Run], features: np.ndarray, error:
     return standardised(GaussianProcessRegressor(kernel, random_state=1)).fit(features, error).predict
 
 
-PEERS: dict[str, Fit] = {"fogzoo ls_svm": ours, "KernelRidge, GridSearchCV": kernel_ridge, "GaussianProcessRegressor": gaussian_process}
+PEERS: dict[str, Fit] = {
+    "fogzoo ls_svm": ours,
+    "… folds=sample": partial(ours, folds="sample"),  # leaves out single samples, as the folds of the next one do
+    "KernelRidge, GridSearchCV": kernel_ridge,
+    "GaussianProcessRegressor": gaussian_process,
+}
 
 
 def simulated(gyro: str, seed: int, folder: str) -> list[Run]:

@@ -1,5 +1,6 @@
 """The dual system against its limits, leaving out against fitting without, landmarks against all samples, and planted functions."""
 
+from dataclasses import replace
 from statistics import median
 
 import pytest
@@ -173,6 +174,23 @@ def test_past_the_limit_few_support_points_do_the_same(make_run) -> None:
         assert torch.equal(predict_blocks(few, run), predict_blocks(again, run))
 
 
+def test_whole_runs_are_left_out_where_they_overlap(make_run) -> None:
+    """Memory that the features do not hold goes with the run: by blocks each run is followed, by runs what they share."""
+    runs = [make_run(f"run_{k}", noise=0.01) for k in range(3)]
+    shifted = [replace(run, error=run.error + 0.1 * k) for k, run in enumerate(runs)]
+
+    def chosen(folds: str, given: list[Run]) -> float:
+        fit = DualSolve(folds)
+        fit.fit(LsSvm(FEATURES), given, chance())
+        assert fit.kernel is not None
+        return fit.kernel.gamma
+
+    assert chosen("auto", shifted) == chosen("run", shifted)
+    apart = [make_run("cold", low=-40.0, high=-10.0), make_run("hot", low=30.0, high=60.0)]
+    assert chosen("auto", apart) == chosen("block", apart)
+    assert chosen("auto", runs[:1]) == chosen("block", runs[:1])
+
+
 def test_train_writes_what_was_chosen(make_run, tmp_path) -> None:
     run = make_run(noise=0.05, bend=0.4)
     model = build("model", "ls_svm")
@@ -195,7 +213,7 @@ def test_what_does_not_fit_together_is_named(make_run, tmp_path) -> None:
         DualSolve().fit(BP(FEATURES), [run], chance())
     with pytest.raises(InputError, match=r"optimizer\.folds=run: at least 2 runs"):
         DualSolve("run").fit(LsSvm(FEATURES), [run], chance())
-    with pytest.raises(InputError, match=r"optimizer\.folds=month: possible: sample, block, run"):
+    with pytest.raises(InputError, match=r"optimizer\.folds=month: possible: auto, sample, block, run"):
         DualSolve("month")
     with pytest.raises(InputError, match=r"optimizer\.landmarks=0"):
         DualSolve(landmarks=0)

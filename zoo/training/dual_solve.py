@@ -19,9 +19,12 @@ from zoo.progress import progress
 from zoo.training.kernel_search import MOST, WIDTHS, Kernel, search
 from zoo.training.nystrom import landmarks, nystrom_solve
 
-FOLDS = ("sample", "block", "run")
+FOLDS = ("auto", "sample", "block", "run")
 BLOCK = 10
 """Neighbours left out together under ``folds="block"``."""
+COVERED = 0.3
+"""Share of each run's blocks that must lie in the range of the others for whole runs to be left out under ``folds="auto"``; a run where the others
+have nothing asks for a function that extrapolates."""
 
 
 class DualSolve:
@@ -37,11 +40,12 @@ class DualSolve:
 
     follows_device = True
 
-    def __init__(self, folds: str = "block", tuned_on: int = 1000, exact_to: int = 20_000, landmarks: int = 1000) -> None:
+    def __init__(self, folds: str = "auto", tuned_on: int = 1000, exact_to: int = 20_000, landmarks: int = 1000) -> None:
         """Remember.
 
         Args:
-            folds: what is left out together: ``"sample"``, ``"block"`` (ten neighbours) or ``"run"`` (for runs that all cover the same range).
+            folds: what is left out together: ``"sample"``, ``"block"`` (ten neighbours), ``"run"`` (for runs that all cover the same range), or
+                ``"auto"``: runs where they do, else blocks.
             tuned_on: samples at most that γ and widths are chosen on, evenly thinned.
             exact_to: samples up to which each is a support point.
             landmarks: support points where there are more.
@@ -71,7 +75,8 @@ class DualSolve:
         if not isinstance(model, LsSvm):
             raise InputError(f"optimizer=dual_solve fits model=ls_svm, not {type(model).__name__}; leave optimizer=auto")
         features, error = RunsDataModule(runs, [], lambda run: block_features(model, run)).fitted
-        folds = _folds(self.folds, [run.blocks for run in runs])
+        sizes = [run.blocks for run in runs]
+        folds = _folds(("run" if _alike(features, sizes) else "block") if self.folds == "auto" else self.folds, sizes)
         model.to(features.device).standardise(features, error)
         points, target = model.scaler(features), (error - model.scaler.error_centre) / model.scaler.error_scale
         self.kernel, tried = self._tune(points, target, folds)
@@ -135,6 +140,20 @@ def exact_solve(points: Tensor, target: Tensor, gamma: float) -> tuple[Tensor, T
 def _every(points: Tensor, most: int) -> int:
     """Of how many samples one is taken so that at most so many are left."""
     return -(-len(points) // most)
+
+
+def _alike(points: Tensor, sizes: list[int]) -> bool:
+    """Whether there are several runs of these sizes, and enough of the points (M, F) of each lie in the range of the others."""
+    parts = [part for part in points.split(sizes) if len(part)]
+    for place, part in enumerate(parts):
+        others = parts[:place] + parts[place + 1 :]
+        if not others:
+            return False
+        rest = torch.cat(others)
+        inside = ((part >= rest.amin(0)) & (part <= rest.amax(0))).all(-1)
+        if float(inside.double().mean()) < COVERED:
+            return False
+    return len(parts) > 1
 
 
 def _folds(kind: str, sizes: list[int]) -> Tensor | None:
