@@ -15,6 +15,8 @@ import torch
 
 from zoo.catalog import load_model
 from zoo.cli import application
+from zoo.effects.mohr import Mohr
+from zoo.effects.static_bias import StaticBias
 
 STEP_S = 20
 
@@ -95,7 +97,9 @@ def test_the_parameters_of_effects_travel_with_the_file(trained, tmp_path) -> No
     metadata, metrics = (json.loads((tmp_path / name).read_text()) for name in ("out/metadata.json", "grey/metrics.json"))
     assert metadata["physical"] == metrics["physical"]
     assert {"static_bias", "mohr"} <= set(metadata["physical"])
-    assert metadata["formula"] is None, "nothing is shorter than the parameters"
+    assert {name: one["formula"] for name, one in metadata["formula"]["effects"].items()} == {"static_bias": StaticBias.formula, "mohr": Mohr.formula}
+    assert {one["place"] for one in metadata["formula"]["effects"].values()} == metadata["formula"]["places"].keys() - {"housing"}
+    assert metadata["meaning"].keys() <= {*metadata, *metadata["trained_on"]}
 
 
 @pytest.mark.slow
