@@ -126,7 +126,13 @@ def _alignment(study: Study) -> list[Claim]:
         single[name], angles[name] = levelled(study, name)
     missed = {name: int((angle.abs().amax((1, 2)) > WANTED_DEG).sum()) for name, angle in angles.items()}
     total = len(angles[LINE])
+    one = {name: float(angle[0].abs().max()) for name, angle in angles.items()}
     claims = [
+        Claim(
+            f"in one unit, the paper's case, all attitudes are within {WANTED_DEG}° with the {TRAINED}, and with the line not",
+            f"unit 1: {one[TRAINED]:.4f}°, {one[LINE]:.4f}°",
+            one[TRAINED] <= WANTED_DEG < one[LINE],
+        ),
         Claim(f"with the line some attitudes are off by more than {WANTED_DEG}°", f"in {missed[LINE]} of {total} units", missed[LINE] > 0),
         Claim(f"with the {TRAINED} none is", f"in {missed[TRAINED]} of {total} units", missed[TRAINED] == 0),
         Claim(
