@@ -72,8 +72,8 @@ def from_other_runs(bench: Workbench, solved: Solved, places: list[int]) -> list
         keep[part] = False
         known = _reached(columns[keep], columns[part])
         enough = int(keep.sum()) >= ENOUGH * columns.shape[1] and float(known.double().mean()) >= KNOWN
-        rows_of_run = part[known] if enough else part
-        found.append(FromOthers(rms(left[rows_of_run]), rms(target[rows_of_run]), enough))
+        counts = known if enough else torch.ones_like(known)
+        found.append(FromOthers(rms(left[part][counts]), rms(target[part][counts]), enough))
     return found
 
 

@@ -33,7 +33,7 @@ QUIET = 0.7
 VARIED_REFERENCE = "a reference that changes"
 WORTH_RESHAPING, RESHAPED = 2.0, 2
 """χ² that another shape must gain for the fit to start from there once more, and how often it may."""
-WORTH_A_FIT, FITS = 0.7, 3
+WORTH_A_FIT, FITS = 0.7, 2
 """Share of the gain of the best start that one of another shape must have to be fitted from as well, and how many are: the better of two starts may
 lead to the worse of two minima."""
 COARSE, FINE = 1e-3, 1e-5
@@ -162,24 +162,24 @@ class Workbench:
             widely = far and base.rms > FAR * self.mixtures.white
             shapes = self.shapes(name) if widely else shape.unsqueeze(0)
             start = looked if widely and looked is not None else base.elsewhere.look(effect, shapes, self.span_s)
-        starts = self._apart(base, name, torch.cat([near, start.unsqueeze(0)]))
+        starts = self._apart(base, name, torch.cat([near, start.unsqueeze(0)]), FITS if far else 1)
         return min((self.fitted((*base.names, name), [one], COARSE) for one in starts), key=lambda one: one.total)
 
-    def _apart(self, base: Solved, name: str, starts: Tensor) -> list[Tensor]:
+    def _apart(self, base: Solved, name: str, starts: Tensor, most_fits: int) -> list[Tensor]:
         """Where to fit a model with one more effect from: the cheapest of some θ (G, P+S).
 
-        Unless the effect says itself where a fit would not find its way, all shapes of its grid are among them, and of those that are apart the
-        cheapest of others that gain nearly as much are taken as well.
+        Of several, unless the effect says itself where a fit would not find its way, all shapes of its grid are among them, and of those that are
+        apart the cheapest of others that gain nearly as much are taken as well.
         """
         effect, design = self.effects[name], self.design((*base.names, name))
-        if says_what_is_near(effect) or not effect.shape:
+        if most_fits == 1 or says_what_is_near(effect) or not effect.shape:
             return [cheapest(design, starts)]
         starts = torch.cat([starts, self._with_shapes(base, effect, self.shapes(name))])
         costs = design.cost(starts)
         shapes, least = to_physical(starts[:, len(base.fit.theta) :], effect.shape), float(costs.min())
         most = least + (1 - WORTH_A_FIT) * (base.fit.total - least)
         chosen: list[Tensor] = []
-        while len(chosen) < FITS and (not chosen or float(costs.min()) <= most):
+        while len(chosen) < most_fits and (not chosen or float(costs.min()) <= most):
             best = costs.argmin()
             chosen.append(starts[best])
             costs = torch.where(alike(effect, shapes, shapes[best], self.span_s), torch.inf, costs)
