@@ -54,10 +54,11 @@ QIU2023 = typical(
         "rate_temperature_coupling": {"slope": -4.73e-3, "curvature": -1.775e-4},
     },
 )
-"""A quadrupolar coil of medium accuracy, 590 m (prior: 500 to 1000 m). The printed holds are far below the ramps, the ramps spread as much as the whole
-run: that takes a bias that follows the rate (C_M 0.9 (°/h)/(K/min), 3e-6 /K more in the outermost layers than in the others) and is late by a package
-of a quarter of an hour. What a polynomial of T and dT/dt leaves of the ramps, most at both ends of the range, takes a C_M that falls to either side of
-7 °C and a cubic bias; fringes are not needed. The stages are cut at the thermometer: a hold is where it moves at less than a tenth of the ramps' rate."""
+"""A quadrupolar coil of medium accuracy, 590 m (prior: 500 to 1000 m). The printed holds are far below the ramps, the ramps spread as much as the
+whole run: that takes a bias that follows the rate (C_M 0.9 (°/h)/(K/min), 3e-6 /K more in the outermost layers than in the others) and is late by
+a package of a quarter of an hour. What a polynomial of T and dT/dt leaves of the ramps, most at both ends of the range, takes a C_M that falls to
+either side of 7 °C and a cubic bias; fringes are not needed. The stages are cut at the thermometer: a hold is where it moves at less than a tenth
+of the ramps' rate."""
 
 TONG2019 = typical(
     MEDIUM,
