@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 import torch
 
-from zoo.catalog import build, load, load_model, names, save_model
+from zoo.catalog import build, load, load_members, load_model, names, save_model
 from zoo.errors import InputError
 
 
@@ -60,12 +60,28 @@ def test_a_saved_model_from_elsewhere_calls_nothing_but_modules(saved: Path, cap
     assert capsys.readouterr().out == ""
 
 
-@pytest.mark.parametrize("damage", ["empty", "half", "other", "text"])
+@pytest.mark.parametrize("damage", ["empty", "half", "other", "tensor", "text"])
 def test_damaged_weights_are_told_with_the_file(saved: Path, damage: str) -> None:
     path = saved / "weights.pt"
     if damage == "other":
         torch.save({"weight": torch.zeros(3)}, path)
+    elif damage == "tensor":
+        torch.save(torch.zeros(3), path)
     else:
         path.write_bytes({"empty": b"", "half": path.read_bytes()[:300], "text": b"no weights at all"}[damage])
     with pytest.raises(InputError, match=r"weights\.pt: damaged, or of another model"):
         load_model(saved)
+
+
+@pytest.mark.parametrize("text", [b"\xff\xfe", b"_target_: [", b"_target_: ${nowhere}", b"- a list"])
+def test_a_damaged_config_is_told_with_the_file(saved: Path, text: bytes) -> None:
+    (saved / "model.yaml").write_bytes(text)
+    with pytest.raises(InputError, match=r"model\.yaml: "):
+        load_model(saved)
+
+
+@pytest.mark.parametrize("kept", [torch.zeros(3), {"seeds": [1]}, {"seeds": [1], "states": [{"weight": torch.zeros(3)}]}])
+def test_damaged_members_are_told_with_the_file(saved: Path, kept: object) -> None:
+    torch.save(kept, saved / "members.pt")
+    with pytest.raises(InputError, match=r"members\.pt: (damaged|of another model)"):
+        load_members(saved)

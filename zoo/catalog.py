@@ -8,7 +8,6 @@ import json
 import re
 from collections.abc import Iterator, Sequence
 from pathlib import Path
-from pickle import UnpicklingError
 from typing import Any, cast
 
 import torch
@@ -22,6 +21,7 @@ import zoo
 from zoo.artifacts import replacing, write_json, write_text
 from zoo.errors import InputError, WorkError, causes, in_brief, nearest
 from zoo.models.ranges import Ranges, checked
+from zoo.training.files import MEMBERS, UNREADABLE
 from zoo.training.members import read_members
 
 MODEL_FILE = "model.yaml"
@@ -64,18 +64,25 @@ def load(group: str, name: str, searchpath: Sequence[Path] = ()) -> DictConfig:
     path = find(group, name, searchpath)
     if path is None:
         raise InputError(f"unknown {group.removesuffix('s')} '{name}': {nearest(name, names(group, searchpath))}")
-    try:
-        config = OmegaConf.load(path)
-    except (YAMLError, OmegaConfBaseException, OSError, UnicodeDecodeError) as error:
-        raise InputError(f"{path}: {in_brief(error)}") from error
-    if not isinstance(config, DictConfig):
-        raise InputError(f"{path}: a mapping was expected, found {type(config).__name__}")
+    config = _read(path)
     if group in LISTS:
         _check_entry(config, name, f"{group.removesuffix('s')} '{name}' ({path})")
         return config
     included = _included(config, group)
     own = config[group] if isinstance(config.get(group), DictConfig) else config  # a YAML may also choose from other groups
     return cast(DictConfig, OmegaConf.merge(*(load(group, one, searchpath) for one in included), own))
+
+
+def _read(path: Path, resolved: bool = False) -> DictConfig:
+    try:
+        config = OmegaConf.load(path)
+        if resolved:
+            OmegaConf.resolve(config)
+    except (YAMLError, OmegaConfBaseException, OSError, UnicodeDecodeError) as error:
+        raise InputError(f"{path}: {in_brief(error)}") from error
+    if not isinstance(config, DictConfig):
+        raise InputError(f"{path}: a mapping was expected, found {type(config).__name__}")
+    return config
 
 
 def _included(config: DictConfig, group: str) -> list[str]:
@@ -174,14 +181,14 @@ def load_model(folder: str | Path) -> torch.nn.Module:
     for file in (MODEL_FILE, WEIGHTS_FILE):
         if not (folder / file).is_file():
             raise InputError(f"{folder}: no saved model here ({file} is missing); give the output folder of a train or refine command")
-    config = OmegaConf.load(folder / MODEL_FILE)
-    strange = next((target for target in _targets(OmegaConf.to_container(config, resolve=True)) if not _makes_modules(target)), None)
-    module = None if strange else create(config)  # type: ignore[arg-type]
+    config = _read(folder / MODEL_FILE, resolved=True)
+    strange = next((target for target in _targets(OmegaConf.to_container(config)) if not _makes_modules(target)), None)
+    module = None if strange else create(config)
     if not isinstance(module, torch.nn.Module):
         raise InputError(f"{folder / MODEL_FILE}: {strange or 'nothing there'} is no model and no effect; give the folder that a command left")
     try:
         module.load_state_dict(torch.load(folder / WEIGHTS_FILE, weights_only=True))
-    except (RuntimeError, EOFError, UnpicklingError, KeyError) as error:
+    except UNREADABLE as error:
         raise InputError(f"{folder / WEIGHTS_FILE}: damaged, or of another model than {MODEL_FILE} ({_start(error)}); train it again") from error
     return module.eval()
 
@@ -213,7 +220,7 @@ def load_members(folder: str | Path) -> list[tuple[int, torch.nn.Module]]:
     """Rebuild all members of an ensemble that `train` saved, each with its seed, in evaluation mode.
 
     Raises:
-        InputError: the folder holds no ensemble.
+        InputError: the folder holds no ensemble, or a damaged one.
     """
     folder = Path(folder)
     members = read_members(folder)
@@ -221,7 +228,10 @@ def load_members(folder: str | Path) -> list[tuple[int, torch.nn.Module]]:
     models = []
     for member in members:
         one = copy.deepcopy(pattern)
-        one.load_state_dict(member.state)
+        try:
+            one.load_state_dict(member.state)
+        except UNREADABLE as error:
+            raise InputError(f"{folder / MEMBERS}: of another model than {MODEL_FILE} ({_start(error)}); train it again") from error
         models.append((member.seed, one.eval()))
     return models
 

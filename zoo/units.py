@@ -64,6 +64,7 @@ _ALL = (
 )
 UNITS = {unit.suffix: unit for unit in _ALL}
 OUTPUT_QUANTITIES = ("rate", "acceleration", "pulses", "counts")
+SECONDS_PER_MINUTE, SECONDS_PER_HOUR = 60.0, 3600.0
 EPOCH_S = 30 * 86400.0
 """A recorder's clock that shows more as a run begins counts from no beginning of the run, but from 1970 or the like (engineering prior)."""
 

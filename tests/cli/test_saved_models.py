@@ -13,12 +13,12 @@ from zoo.errors import InputError
 
 def model(kind: str, init: str | None = None, seed: int | None = 1, **facts: Any) -> SavedModel:
     known = {"init": init, "seed": seed, "optimizer": "adam" if init else "least_squares"}
-    return SavedModel(kind, kind, Path(), None, known | facts)  # type: ignore[arg-type]
+    return SavedModel(kind, Path(), None, known | facts)  # type: ignore[arg-type]
 
 
 def refined(*added: str) -> SavedModel:
     ladder = [{"added": name} for name in (None, *added)]
-    return SavedModel("graybox", "graybox", Path(), None, {"ladder": ladder})  # type: ignore[arg-type]
+    return SavedModel("graybox", Path(), None, {"ladder": ladder})  # type: ignore[arg-type]
 
 
 @pytest.mark.parametrize(

@@ -7,7 +7,8 @@ import torch
 
 from zoo.measurements.run import Run
 from zoo.papers import tong2019
-from zoo.papers.study import BEFORE, Study
+from zoo.papers.study import Study
+from zoo.scoring.comparison import UNCOMPENSATED
 
 BLOCKS, NOISE = 360, 0.007
 
@@ -47,17 +48,17 @@ def test_the_table_has_the_printed_values_beside_those_of_the_fitted_run_only() 
     assert found["mean", "run_1", "PSO"].paper == -2.9621e-5
     assert found["mean", "run_1", "PSO"].ours == pytest.approx(-2e-5)
     assert found["standard deviation", "check", "PSO"].paper is None
-    before = found["standard deviation", "run_1", BEFORE].ours
+    before = found["standard deviation", "run_1", UNCOMPENSATED].ours
     assert found["standard deviation", "run_1", "T alone"].ours == pytest.approx(0.5 * before)
 
 
 def test_residuals_as_printed_bear_out_every_claim() -> None:
-    spread = float(study(AS_PRINTED).left[BEFORE][0].std())
+    spread = float(study(AS_PRINTED).left[UNCOMPENSATED][0].std())
     assert holds(AS_PRINTED, 0.4 * spread) == [True] * 7
 
 
 def test_what_is_not_so_is_told() -> None:
-    spread = float(study(AS_PRINTED).left[BEFORE][0].std())
+    spread = float(study(AS_PRINTED).left[UNCOMPENSATED][0].std())
     exact = AS_PRINTED | {"T alone": (0.0, 0.5, 0.5)}
     assert holds(exact, 0.4 * spread) == [True, True, False, True, True, True, True]
     exploding = AS_PRINTED | {"PSO": (-2e-5, 0.48, 300.0)}

@@ -209,7 +209,7 @@ def _searched(error: MissingConfigException) -> list[Path]:
 
 def _first_lines(error: BaseException, verb: str) -> str:
     lines = [line.strip() for line in str(error).splitlines() if line.strip()]
-    needed = re.search(r"Missing mandatory value: (\S+)", str(error))
+    needed = re.search(r"Missing mandatory value: .*?full_key: (\S+)", str(error), re.DOTALL)
     if needed:
         return f"{needed.group(1)} is not set and has no default: give {needed.group(1)}=…"
     better = unknown_key(error, verb) or several(error) or instead(error)

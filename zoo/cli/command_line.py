@@ -4,10 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from pathlib import Path
+from typing import Any
 
 import hydra
 from hydra.core.hydra_config import HydraConfig
-from omegaconf import DictConfig
+from omegaconf import DictConfig, OmegaConf
 
 
 def typed() -> list[str]:
@@ -26,6 +27,11 @@ def searchpath() -> list[Path]:
         return []
     sources = HydraConfig.get().runtime.config_sources
     return [Path(source.path) for source in sources if source.schema == "file" and source.provider not in {"main", "hydra"}]
+
+
+def plain(value: Any) -> Any:
+    """A setting as plain Python, with what it refers to in its place."""
+    return OmegaConf.to_container(value, resolve=True) if OmegaConf.is_config(value) else value
 
 
 def composed(verb: str, settings: Sequence[str], with_hydra: bool = False) -> DictConfig:

@@ -13,6 +13,7 @@ from rich.text import Text
 from torch import Generator, Tensor
 
 from zoo.artifacts import write_json, write_text
+from zoo.cli.command_line import plain
 from zoo.cli.entrants import Entrant, find_entrants, given_predictions, named
 from zoo.cli.given_predictions import named_files
 from zoo.cli.inputs import print_notes, read_data
@@ -46,7 +47,7 @@ def run(config: DictConfig, out: Path) -> Path:
         The table's file.
     """
     check_seed("seed", config.seed)
-    device, files = usable_device(config.torch_device), named_files(_plain(config.predictions))
+    device, files = usable_device(config.torch_device), named_files(plain(config.predictions))
     given = [str(one) for one in (config.runs if OmegaConf.is_list(config.runs) else [config.runs])]
     if not given and not files:
         raise InputError("nothing to compare: give runs=[FOLDER,…] of train or refine, or predictions={NAME: FILES}")
@@ -55,7 +56,7 @@ def run(config: DictConfig, out: Path) -> Path:
         Console(stderr=True).print(Text(f"skipped, without a finished model: {', '.join(skipped)}"), style="yellow", soft_wrap=True, highlight=False)
     runs = _judged(_with_trained_blocks(config, models))
     print_notes(runs)
-    entrants = named([*models, *given_predictions(files, len(runs), config.data.columns.get("time"), config.data.bad_rows == "skip")])
+    entrants = named([*models, *given_predictions(files, len(runs), (config.data.columns or {}).get("time"), config.data.bad_rows == "skip")])
     scored, stages = _scored(entrants, runs, device, float(config.data.get("holdout", 0.0)))
     judged = judge(methods_of(entrants), scored, Generator().manual_seed(config.seed))
     document = _document(entrants, scored, stages) | judged | {"skipped": skipped}
@@ -76,10 +77,6 @@ def _judged(config: DictConfig) -> list[Run]:
         few = f"{short.name}: {short.blocks} means of {short.average_s:g} s are too few to tell noise from anything ({DIFFERENCED + 1} at least)"
         raise InputError(f"{few}; leave it out, or give a shorter data.average_s")
     return judged
-
-
-def _plain(value: Any) -> Any:
-    return OmegaConf.to_container(value, resolve=True) if OmegaConf.is_config(value) else value
 
 
 def _with_trained_blocks(config: DictConfig, models: list[Entrant]) -> DictConfig:

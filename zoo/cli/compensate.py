@@ -48,7 +48,7 @@ def run(config: DictConfig, out: Path) -> Path:
         The folder; the new file where there is one.
     """
     device = usable_device(config.torch_device)
-    data: dict[str, Any] = OmegaConf.to_container(config.data, resolve=True)  # type: ignore[assignment]
+    data: dict[str, Any] = OmegaConf.to_container(config.data, resolve=True, throw_on_missing=True)  # type: ignore[assignment]
     check_settings(data["reference"], data["average_s"], data["gap_s"], data["bad_rows"])
     saved = find_model("run", str(config.run))
     layouts = _layouts(_as_trained(data, saved))

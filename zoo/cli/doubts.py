@@ -13,6 +13,7 @@ from zoo.models.base import FeatureModel, Model
 from zoo.models.hybrid import Hybrid
 from zoo.models.prediction import block_features
 from zoo.report.wording import joined, percent, reached_beyond, significant, worse_than_none
+from zoo.scoring.stages import rms
 from zoo.units import symbol
 
 STEADY = 1e-9
@@ -106,7 +107,7 @@ def _bends(model: Model, runs: Sequence[Run], metrics: Mapping[str, Any]) -> Ite
         return
     with torch.no_grad():
         left = torch.cat([run.block_mean(run.error) - model.head(block_features(model, run)) for run in runs])
-    seen, rows, unit = float(left.square().mean().sqrt()), metrics["rms"], symbol(metrics["unit"])
+    seen, rows, unit = rms(left), metrics["rms"], symbol(metrics["unit"])
     if rows > BENDS * seen:
         both = f"of each block's mean features it leaves {significant(seen)} {unit}, row by row {significant(rows)} {unit}"
         yield f"the model bends within blocks: {both}; a shorter data.average_s or a smoother model helps"

@@ -24,6 +24,8 @@ def named_files(given: Any) -> dict[str, list[Path]]:
     """
     if given is None:
         return {}
+    if not isinstance(given, (str, list, dict)):
+        raise InputError(f"predictions={given}: give files with time_s and predicted_error_<unit>: predictions={{mymodel: pred_*.csv}}")
     if isinstance(given, dict):
         return {str(name): _files(f"predictions.{name}", files) for name, files in given.items()}
     asked = [given] if isinstance(given, str) else list(given)
@@ -37,7 +39,7 @@ def named_files(given: Any) -> dict[str, list[Path]]:
 
 def _files(key: str, given: Any) -> list[Path]:
     found = []
-    for one in [given] if isinstance(given, str) else list(given or []):
+    for one in given if isinstance(given, list) else [] if given is None else [given]:
         path = Path(str(one)).expanduser()
         matches = sorted(path.iterdir()) if path.is_dir() else sorted(Path(name) for name in glob.glob(str(path), recursive=True))  # noqa: PTH207 (Path.glob takes no absolute pattern)
         files = [match for match in matches if match.is_file() and match.name.lower().endswith(SUFFIXES)]

@@ -11,7 +11,7 @@ import torch
 from omegaconf import DictConfig, OmegaConf
 
 from zoo.catalog import MODEL_FILE, load
-from zoo.cli.command_line import searchpath
+from zoo.cli.command_line import plain, searchpath
 from zoo.cli.given_model import Subject
 from zoo.cli.next_commands import with_own_configs
 from zoo.cli.saved_models import physical_values
@@ -24,6 +24,7 @@ from zoo.models.base import Model
 from zoo.models.graybox import GrayBox
 from zoo.models.hybrid import Hybrid
 from zoo.scoring.noise import CHECK_ALLOWED
+from zoo.scoring.stages import rms
 from zoo.training.scores import residual_blocks, score_runs
 
 Progress = Callable[[str], None]
@@ -64,7 +65,7 @@ def _told(found: Diagnosis, asked: Subject) -> Diagnosis:
         clean = _on_cpu(found.bench.runs)
         left = torch.cat([residual_blocks(asked.as_given, run) for run in clean])
         record |= {
-            "rms": float(left.square().mean().sqrt()),
+            "rms": rms(left),
             "rms_by_run": runs_rms(clean, left),
             "where": regions(clean, left, record["noise_floor_by_run"]),
             "verdict_refitted": record["verdict"],
@@ -155,10 +156,10 @@ def model_config(config: DictConfig, asked: Subject, model: Model) -> dict[str, 
     if saved is not None and not isinstance(model, GrayBox | Hybrid):
         return saved
     own: dict[str, Any] = (saved or {}).get("effects", {})
-    given = {**_plain(config.get("effects") or {}), **own}
+    given = {**plain(config.get("effects") or {}), **own}
     sum_of = model.physics if isinstance(model, Hybrid) else model
     assert isinstance(sum_of, GrayBox)
-    effects = {name: given.get(name) or _plain(load("effects", name, searchpath())[name]) for name, _ in sum_of.named_effects()}
+    effects = {name: given.get(name) or plain(load("effects", name, searchpath())[name]) for name, _ in sum_of.named_effects()}
     kind = type(model)
     parts = {"_target_": f"{kind.__module__}.{kind.__qualname__}", "effects": effects, "inputs": sum_of.inputs, "in_motion": sum_of.in_motion}
     if isinstance(model, Hybrid):
@@ -168,9 +169,5 @@ def model_config(config: DictConfig, asked: Subject, model: Model) -> dict[str, 
 
 
 def _saved_config(folder: Path) -> dict[str, Any]:
-    return _plain(OmegaConf.load(folder / MODEL_FILE))
-
-
-def _plain(config: Any) -> dict[str, Any]:
-    plain: dict[str, Any] = OmegaConf.to_container(OmegaConf.create(config), resolve=True)  # type: ignore[assignment]
-    return plain
+    config: dict[str, Any] = plain(OmegaConf.load(folder / MODEL_FILE))
+    return config

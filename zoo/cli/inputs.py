@@ -14,7 +14,7 @@ from rich.console import Console
 from rich.text import Text
 
 from zoo.catalog import create, load
-from zoo.cli.command_line import searchpath
+from zoo.cli.command_line import plain, searchpath
 from zoo.cli.effects import catalogue, chosen, named
 from zoo.errors import InputError
 from zoo.measurements.files import find_files
@@ -39,7 +39,7 @@ def read_data(config: DictConfig) -> tuple[list[Run], list[Run]]:
         if simulated is not None:
             from zoo.cli.simulated_data import recorded  # the simulator, only where it is asked
 
-            _put_into(recorded(_plain(simulated), Path(data.pop("folder"))), data)
+            _put_into(recorded(plain(simulated), Path(data.pop("folder"))), data)
         check_files, holdout, points = data.pop("check_files", []), data.pop("holdout", 0.0), _points(data.pop("points"))
     low, high = SHARES
     if not isinstance(holdout, int | float) or not (holdout == 0 or low <= holdout <= high):
@@ -49,8 +49,7 @@ def read_data(config: DictConfig) -> tuple[list[Run], list[Run]]:
     whole = _copies_told(create(data))
     runs, checks = points.drawn(points.meeting(whole))
     if holdout > 0:
-        pairs = [run.split(holdout) for run in runs]
-        runs, checks = [early for early, _ in pairs], [late for _, late in pairs]
+        runs, checks = _held_out(runs, float(holdout))
     if check_files:
         _check_unseen(check_files, data.files)
         average_s = data.average_s if data.average_s is None else runs[0].average_s
@@ -62,6 +61,20 @@ def read_data(config: DictConfig) -> tuple[list[Run], list[Run]]:
         runs, checks = ([_without(run, spare) for run in part] for part in (runs, checks))
         checks += points.meeting(found)
     return runs, checks
+
+
+def _held_out(runs: Sequence[Run], share: float) -> tuple[list[Run], list[Run]]:
+    """Each run less the pieces that are kept from the fit, and those pieces; what a short run has none of is left out.
+
+    Raises:
+        InputError: nothing is left to fit, or to check on.
+    """
+    parts = zip(*(run.split(share) for run in runs), strict=True)
+    fitted, held = ([one for one in part if one.blocks] for part in parts)
+    if not fitted or not held:
+        most = max(run.blocks for run in runs)
+        raise InputError(f"data.holdout={share:g}: {most} means a run are too few to keep pieces of them apart; give a shorter data.average_s")
+    return fitted, held
 
 
 def _points(given: Any) -> Points:
@@ -78,7 +91,7 @@ def _put_into(place: Path, data: DictConfig) -> None:
         InputError: it has no such file.
     """
     for key in ("files", "check_files"):
-        given = _plain(data[key]) or []
+        given = plain(data[key]) or []
         inside = {name: str(place / name) for name in ([given] if isinstance(given, str) else given)}
         absent = next((name for name, path in inside.items() if not glob.glob(path)), None)  # noqa: PTH207 (Path.glob takes no absolute pattern)
         if absent is not None:
@@ -87,8 +100,8 @@ def _put_into(place: Path, data: DictConfig) -> None:
 
 
 def _check_unseen(check_files: Any, files: Any) -> None:
-    fitted = {path.resolve() for path in find_files(_plain(files))}
-    twin = next((path for path in find_files(_plain(check_files)) if path.resolve() in fitted), None)
+    fitted = {path.resolve() for path in find_files(plain(files))}
+    twin = next((path for path in find_files(plain(check_files), "data.check_files") if path.resolve() in fitted), None)
     if twin:
         raise InputError(f"data.check_files: {twin} is in data.files too; a run that was fitted checks nothing")
 
@@ -122,10 +135,6 @@ def _check_references(fitted: Run, check: Run) -> None:
     lacking = [name for name, one in both if one.recorded and not one.truth]
     if known and lacking:
         raise one_sided(lacking, *known[0], fitted.unit)
-
-
-def _plain(value: Any) -> Any:
-    return OmegaConf.to_container(value) if OmegaConf.is_config(value) else value
 
 
 def _spare(config: DictConfig, fitted: Run, checks: list[Run]) -> list[str]:

@@ -8,12 +8,13 @@ import secrets
 from collections.abc import Iterator, Sequence
 from dataclasses import asdict, dataclass, replace
 from pathlib import Path
-from typing import Any, cast
+from typing import Any
 
 from omegaconf import DictConfig, OmegaConf
 
 import zoo
 from zoo.artifacts import write_json
+from zoo.cli.command_line import plain
 from zoo.measurements.files import find_files
 
 RECORD = ".hydra/outcome.json"
@@ -137,9 +138,9 @@ def _stamps(config: DictConfig) -> list[Any]:
     if data.get("simulated") is not None:
         from zoo.cli.simulated_data import recorded  # the simulator, only where it is asked
 
-        return [recorded(cast(dict[str, Any], OmegaConf.to_container(data.simulated)), Path(data.folder)).name]
-    given = [OmegaConf.select(data, key) for key in ("files", "check_files")]
-    files = [path.resolve() for one in given if one for path in find_files(one)]
+        return [recorded(plain(data.simulated), Path(data.folder)).name]
+    given = {key: OmegaConf.select(data, key) for key in ("files", "check_files")}
+    files = [path.resolve() for key, one in given.items() if one for path in find_files(plain(one), f"data.{key}")]
     return [[str(path), path.stat().st_size, path.stat().st_mtime_ns] for path in files]
 
 
@@ -150,5 +151,4 @@ def _settings_text(config: DictConfig, but: Sequence[str]) -> str:
         config: composed.
         but: keys at its top that are left out.
     """
-    plain: dict[str, Any] = OmegaConf.to_container(config, resolve=True)  # type: ignore[assignment]
-    return json.dumps({key: value for key, value in sorted(plain.items()) if key not in but}, sort_keys=True)
+    return json.dumps({key: value for key, value in sorted(plain(config).items()) if key not in but}, sort_keys=True)

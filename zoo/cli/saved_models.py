@@ -47,14 +47,12 @@ class SavedModel:
     """One trained model.
 
     Attributes:
-        name: its type, with what tells it from others of its type.
         kind: its type.
         folder: where it was found.
         module: the model, in evaluation mode.
         facts: what the result file beside it says, such as ``seed`` and ``unit``; empty where there is none.
     """
 
-    name: str
     kind: str
     folder: Path
     module: Model
@@ -177,7 +175,7 @@ def load_saved(folder: Path) -> SavedModel:
             raise InputError(f"{path}: damaged ({error}); run the command that wrote it again") from error
     module = cast(Model, load_model(folder))
     kind = str(facts.get("model") or type(module).__name__.lower())
-    return SavedModel(kind, kind, folder, module, facts)
+    return SavedModel(kind, folder, module, facts)
 
 
 def fitted_runs(facts: dict[str, Any]) -> list[str]:

@@ -4,17 +4,16 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from pathlib import Path
-from typing import Any
 
 from hydra.core.hydra_config import HydraConfig
 from hydra.types import RunMode
-from omegaconf import DictConfig, OmegaConf
+from omegaconf import DictConfig
 from rich.console import Console
 from rich.progress import track
 from rich.table import Table
 
 from zoo.catalog import create, names
-from zoo.cli.command_line import searchpath
+from zoo.cli.command_line import plain, searchpath
 from zoo.cli.effects import catalogue, chosen
 from zoo.errors import InputError, nearest
 from zoo.models.prediction import usable_device
@@ -80,7 +79,7 @@ def simulations(config: DictConfig) -> Iterator[Simulated]:
         InputError: absurd input; names the key.
     """
     device = create(config.gyro)
-    settings = {key: _plain(config[key]) for key in (*Settings.__dataclass_fields__, "devices", "hidden", "parameters")}
+    settings = {key: plain(config[key]) for key in (*Settings.__dataclass_fields__, "devices", "hidden", "parameters")}
     asked = {**settings, "noise": create(config.noise), "chamber": create(config.chamber)}
     if isinstance(device, Accelerometer):
         return accelerometer_fleet(device, create(config.profile), chosen(config), **asked)
@@ -114,10 +113,6 @@ def _draw(simulation: Simulated, folder: Path) -> bool:
 
     write_truth_page(simulation, folder)
     return True
-
-
-def _plain(value: Any) -> Any:
-    return OmegaConf.to_container(value) if OmegaConf.is_config(value) else value
 
 
 def _print(simulation: Simulated, drawn: bool) -> None:

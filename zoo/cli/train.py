@@ -7,14 +7,14 @@ from pathlib import Path
 from typing import Any
 
 from hydra.core.hydra_config import HydraConfig
-from omegaconf import DictConfig, OmegaConf
+from omegaconf import DictConfig
 from rich.console import Console
 from rich.markup import escape
 from rich.table import Table
 
 from zoo.artifacts import write_json
 from zoo.catalog import create, load
-from zoo.cli.command_line import is_typed, searchpath
+from zoo.cli.command_line import is_typed, plain, searchpath
 from zoo.cli.doubts import print_doubts
 from zoo.cli.effects import chosen
 from zoo.cli.inputs import print_notes, read_data
@@ -101,7 +101,7 @@ def fitted(
         resume=_checkpoint(config.resume) or _unfinished(out, settings),
         out=out,
         labels=labels,
-        hyperparameters=dict(_scalars(model_config, "model")) | dict(_scalars(OmegaConf.to_container(config.optimizer, resolve=True), "optimizer")),
+        hyperparameters=dict(_scalars(model_config, "model")) | dict(_scalars(plain(config.optimizer), "optimizer")),
         settings=settings,
     )
     return model_config, model, metrics
@@ -123,14 +123,14 @@ def _choice(choices: Mapping[str, Any], group: str) -> str | None:
 
 def _model_config(config: DictConfig, runs: Sequence[Run]) -> dict[str, Any]:
     """The model's settings in full; `inputs: null` means every column that the runs have."""
-    plain: dict[str, Any] = OmegaConf.to_container(config.model, resolve=True)  # type: ignore[assignment]
-    if "inputs" in plain and plain["inputs"] is None:
-        plain["inputs"] = list(runs[0].columns)
-    if isinstance(plain.get("network"), str):  # its name alone
-        plain["network"] = OmegaConf.to_container(load("model", plain["network"], searchpath()), resolve=True)
-    if "effects" in plain:
+    settings: dict[str, Any] = plain(config.model)
+    if "inputs" in settings and settings["inputs"] is None:
+        settings["inputs"] = list(runs[0].columns)
+    if isinstance(settings.get("network"), str):  # its name alone
+        settings["network"] = plain(load("model", settings["network"], searchpath()))
+    if "effects" in settings:
         chosen(config)  # a wrong one is refused by name here; the model makes its own
-    return plain
+    return settings
 
 
 def _optimizer(config: DictConfig, model: Model, choices: Mapping[str, Any]) -> tuple[str | None, Any]:
@@ -149,7 +149,8 @@ def _optimizer(config: DictConfig, model: Model, choices: Mapping[str, Any]) -> 
 def _checkpoint(resume: str | None) -> Path | None:
     if resume is None:
         return None
-    path = Path(resume) / CHECKPOINT if Path(resume).is_dir() else Path(resume)
+    given = Path(str(resume))  # folders of a multirun are called by numbers
+    path = given / CHECKPOINT if given.is_dir() else given
     if not path.is_file():
         raise InputError(f"resume={resume}: no checkpoint there; give the output folder of a train command, or its {CHECKPOINT}")
     return path

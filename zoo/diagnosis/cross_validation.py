@@ -36,7 +36,7 @@ def rms_by_run(bench: Workbench, solved: Solved) -> float:
     """
     enough = bench.blocks - max(run.blocks for run in bench.runs) >= ENOUGH * solved.plain_columns.shape[1]
     parts = _runs(bench) if enough else _folds(bench)
-    return float(_left_out(solved.plain_columns, solved.design.error, parts).square().mean().sqrt())
+    return rms(_left_out(solved.plain_columns, solved.design.error, parts))
 
 
 class FromOthers(NamedTuple):

@@ -32,6 +32,7 @@ from zoo.fitting.noise import floors_of, noise_of
 from zoo.measurements.run import Run
 from zoo.measurements.wrong_unit import too_hot
 from zoo.scoring.noise import effective_samples
+from zoo.scoring.stages import rms
 from zoo.side_by_side import side_by_side
 from zoo.threads import threads_for
 
@@ -152,7 +153,7 @@ def diagnose(runs: list[Run], effects: list[str], catalogue: dict[str, Effect], 
         "noise": asdict(found.final.likely.noise),
         "rms": shown.rms,
         "rms_by_run": runs_rms(bench.runs, shown.residual),
-        "rms_uncompensated": float(base.design.error.square().mean().sqrt()),
+        "rms_uncompensated": rms(base.design.error),
         "rms_final": (found.final if found.missing else shown).rms,
         "verdict": verdict,
         "missing": found.missing,

@@ -11,13 +11,13 @@ from typing import Any
 from zoo.diagnosis.form_search import Tried
 from zoo.diagnosis.forms import POLYNOMIALS
 from zoo.diagnosis.quantities import CLOCK, RATE, SIZE
+from zoo.units import SECONDS_PER_HOUR, SECONDS_PER_MINUTE
 
 NAMED_POWERS = {0.5: "its square root", 1.0: "in proportion to it", 1.5: "its power 1.5", 2.0: "its square", 3.0: "its cube"}
 NEAR_POWER = 0.1
 """An exponent so near to a named power, or within two standard errors of it, is called by its name."""
 SETTLED = 0.05
 """Share of a curve's range that it may go back by and still be called rising or falling."""
-SECONDS_PER_HOUR, SECONDS_PER_MINUTE = 3600.0, 60.0
 
 Curve = dict[str, Any]
 Found = dict[str, Any]

@@ -130,7 +130,5 @@ def _without(run: Run, bad: Tensor) -> Run:
     if not bad.any() or int(bad.sum()) > run.blocks // 20:
         return run
     times = own_time(run.block_mean(run.time), float(run.time[0]))[bad]
-    number = torch.where(bad, -1, torch.cumsum((~bad).long(), 0) - 1)
-    block = torch.where(run.block >= 0, number[run.block.clamp_min(0)], -1)
     note = f"{run.name}: {int(bad.sum())} block(s) far off their neighbours left out, at t = {_listed(times)} s"
-    return replace(run, block=block, notes=(*run.notes, note))
+    return replace(run.with_blocks(~bad, run.name), notes=(*run.notes, note))

@@ -27,6 +27,7 @@ from zoo.models.graybox import GrayBox
 from zoo.models.prediction import predict_blocks
 from zoo.models.reach import beyond
 from zoo.scoring.noise import CHECK_ALLOWED
+from zoo.scoring.stages import rms
 from zoo.threads import threads_for
 
 
@@ -161,4 +162,4 @@ def check_rms(model: GrayBox, runs: list[Run]) -> float | None:
     if not runs:
         return None
     errors = [run.block_mean(run.error) - predict_blocks(model, run) for run in runs]
-    return float(torch.cat(errors).square().mean().sqrt())
+    return rms(torch.cat(errors))

@@ -5,11 +5,10 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
-import torch
 from torch import Tensor
 
 from zoo.measurements.run import Run
-from zoo.scoring.stages import label_stages
+from zoo.scoring.stages import label_stages, rms
 
 SHOWN = 24
 
@@ -30,7 +29,7 @@ def regions(runs: list[Run], residual: Tensor, floors: Mapping[str, float]) -> l
         time, temperature = run.block_mean(run.time).cpu(), run.block_mean(run.temperature).cpu()
         for stage in label_stages(time, temperature):
             here = temperature[stage.blocks]
-            rms = float(part[stage.blocks].square().mean().sqrt())
+            left = rms(part[stage.blocks])
             found.append(
                 {
                     "run": run.name,
@@ -40,8 +39,8 @@ def regions(runs: list[Run], residual: Tensor, floors: Mapping[str, float]) -> l
                     "stage": stage.kind,
                     "temperature_c": [round(float(here.min()), 2), round(float(here.max()), 2)],
                     "rate_k_per_min": round(_mean_rate(time[stage.blocks], here), 3),
-                    "rms": rms,
-                    "excess": rms / floors[run.name],
+                    "rms": left,
+                    "excess": left / floors[run.name],
                 }
             )
     return sorted(found, key=lambda region: -region["excess"])[:SHOWN]
@@ -57,4 +56,4 @@ def _mean_rate(time: Tensor, temperature: Tensor) -> float:
 def runs_rms(runs: list[Run], residual: Tensor) -> dict[str, float]:
     """RMS of each run's residual [unit], by name."""
     parts = residual.split([run.blocks for run in runs])
-    return {run.name: float(torch.sqrt(part.square().mean())) for run, part in zip(runs, parts, strict=True)}
+    return {run.name: rms(part) for run, part in zip(runs, parts, strict=True)}

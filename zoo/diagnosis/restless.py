@@ -15,11 +15,10 @@ from zoo.diagnosis.switching import switching
 from zoo.diagnosis.workbench import Workbench
 from zoo.measurements.run import Run
 from zoo.physics.differentiator import temperature_rate
-from zoo.units import symbol
+from zoo.units import SECONDS_PER_MINUTE, symbol
 
 FAR_AHEAD = 5.0
 """Evidence of two levels over that of a band: a sine has them half as well (1.1 to 2.6 found), what jumps has no band to speak of (18 and more)."""
-SECONDS_PER_MINUTE = 60.0
 ALIKE, NEAR = 3, 0.1
 """How many moments within which share of the range of temperatures are no chance: three within a tenth are so by chance in 3 of 100."""
 

@@ -15,6 +15,7 @@ from zoo.diagnosis.structure import leaves_noise
 from zoo.diagnosis.trials import OVERWHELMING, REFITS, Step, Trial, glances, refit, round_of
 from zoo.diagnosis.workbench import FAR, Workbench
 from zoo.scoring.noise import white_level
+from zoo.scoring.stages import rms
 
 HELPS = 0.3
 """Share of the variance that an addition must take away to be named where the rest stays unexplained (16 % in RMS)."""
@@ -335,7 +336,7 @@ def _white(bench: Workbench, found: Search) -> float:
     """
     refused = [trial.solved for step in found.steps if _same(step.before, found.final) for trial in step.trials if trial.evidence > OVERWHELMING]
     left = [one.residual for one in (found.final, *refused) if one is not None]
-    return min(min(white_level(list(one.split([run.blocks for run in bench.runs]))), float(one.square().mean().sqrt())) for one in left)
+    return min(min(white_level(list(one.split([run.blocks for run in bench.runs]))), rms(one)) for one in left)
 
 
 def _finished(bench: Workbench, base: Solved, solved: Solved) -> Solved:

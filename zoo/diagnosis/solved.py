@@ -20,6 +20,7 @@ from zoo.fitting.design import Design
 from zoo.fitting.projection import orthonormal, project
 from zoo.fitting.variable_projection import Fit
 from zoo.models.graybox import GrayBox
+from zoo.scoring.stages import rms
 
 
 class Freed(NamedTuple):
@@ -151,7 +152,7 @@ class Solved:
     @property
     def rms(self) -> float:
         """RMS of the residual over the fitted runs [unit]."""
-        return float(self.residual.square().mean().sqrt())
+        return rms(self.residual)
 
     @property
     def freedom(self) -> int:

@@ -140,7 +140,7 @@ class Workbench:
             solved = self.add(solved, name)
         return solved
 
-    def extend(self, base: Solved, name: str, shape: Tensor, far: bool = True, start: Tensor | None = None) -> Solved:
+    def extend(self, base: Solved, name: str, shape: Tensor, start: Tensor | None = None) -> Solved:
         """Refit, coarsely, with one more effect, its shape started where screening found it.
 
         Starts from the base's coil, or from elsewhere where the effect explains more there.
@@ -149,13 +149,21 @@ class Workbench:
             base: the model before.
             name: of the effect.
             shape: (S,) physical.
-            far: whether other shapes are tried elsewhere, where the base leaves much.
             start: θ (P+S,) elsewhere, where it is known.
         """
-        return self.taken((*base.names, name), self.extended(base, name, shape, far, start), base.likely.place)
+        return self.taken((*base.names, name), self.extended(base, name, shape, start=start), base.likely.place)
 
     def extended(self, base: Solved, name: str, shape: Tensor, far: bool = True, start: Tensor | None = None, looked: Tensor | None = None) -> Fit:
-        """The same without anything being kept of it, see `fitted`; `looked` is θ (P+S,) elsewhere, where all shapes were tried there already."""
+        """The same without anything being kept of it, see `fitted`.
+
+        Args:
+            base: the model before.
+            name: of the effect.
+            shape: (S,) physical.
+            far: whether other shapes are tried elsewhere, where the base leaves much.
+            start: θ (P+S,) elsewhere, where it is known.
+            looked: θ (P+S,) elsewhere, where all shapes were tried there already.
+        """
         effect = self.effects[name]
         near = self._with_shapes(base, effect, shape.unsqueeze(0))
         if start is None:

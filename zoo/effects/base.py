@@ -13,6 +13,7 @@ import torch
 from torch import Tensor, nn
 
 from zoo.errors import InputError, nearest
+from zoo.units import SECONDS_PER_HOUR
 
 if TYPE_CHECKING:
     from zoo.effects.earlier import Before
@@ -21,7 +22,9 @@ if TYPE_CHECKING:
 Scale = Literal["linear", "log", "inverse", "index", "share"]
 Place = Literal["coil", "housing"]
 
-SECONDS_PER_HOUR, HALF_A_DAY_S = 3600.0, 43200.0
+REFERENCE_C = 20.0
+"""Temperature at which what depends on temperature has its declared size [°C]."""
+HALF_A_DAY_S = 43200.0
 OF_PLACE = ("temperature", "rate", "gradient", "thermometer", "reference")
 """Signals of a history beside the time and the recorded columns."""
 

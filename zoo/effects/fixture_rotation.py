@@ -7,8 +7,7 @@ from torch import Tensor
 
 from zoo.effects.base import Effect, History, Parameter
 from zoo.physics.lag import lagged_rate
-
-SECONDS_PER_MINUTE = 60.0
+from zoo.units import SECONDS_PER_MINUTE
 
 
 class FixtureRotation(Effect):

@@ -5,9 +5,7 @@ from __future__ import annotations
 import torch
 from torch import Tensor
 
-from zoo.effects.base import Effect, History, Parameter, spread
-
-REFERENCE_C = 20.0
+from zoo.effects.base import REFERENCE_C, Effect, History, Parameter, spread
 
 
 class Misalignment(Effect):

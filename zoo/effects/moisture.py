@@ -8,8 +8,9 @@ from torch import Tensor
 from zoo.effects.base import History, Parameter, grid_values
 from zoo.effects.earlier import GOES_ON, Continuing, anew_or_on, beside
 from zoo.physics.relaxation import arrhenius, elapsed
+from zoo.units import SECONDS_PER_HOUR
 
-SECONDS_PER_HOUR, JOULES_PER_KILOJOULE = 3600.0, 1000.0
+JOULES_PER_KILOJOULE = 1000.0
 
 
 class Moisture(Continuing):

@@ -7,11 +7,10 @@ from collections.abc import Sequence
 import torch
 from torch import Tensor
 
-from zoo.effects.base import Effect, History, Parameter, grid_values
+from zoo.effects.base import REFERENCE_C, Effect, History, Parameter, grid_values
+from zoo.units import SECONDS_PER_MINUTE
 
-REFERENCE_C = 20.0
 RATIO = Parameter("ratio_2", 2.0, "1", 0.3, 4.0, source="periods of 3–30 K against each other", meaning="period over that of the second line")
-SECONDS_PER_MINUTE = 60.0
 LEAD_S, LEADS = 160.0, 8
 LONGEST_K = 40.0
 """Longest period of any line: a wave longer than that, and moved by the rate, would be a function of the rate."""

@@ -5,9 +5,8 @@ from __future__ import annotations
 import torch
 from torch import Tensor
 
-from zoo.effects.base import Effect, History, Parameter, spread
+from zoo.effects.base import REFERENCE_C, Effect, History, Parameter, spread
 
-REFERENCE_C = 20.0
 PPM = 1e-6
 
 

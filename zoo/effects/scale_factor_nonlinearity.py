@@ -5,8 +5,8 @@ from __future__ import annotations
 import torch
 from torch import Tensor
 
-from zoo.effects.base import Effect, History, Parameter, spread
-from zoo.effects.scale_factor import PPM, REFERENCE_C
+from zoo.effects.base import REFERENCE_C, Effect, History, Parameter, spread
+from zoo.effects.scale_factor import PPM
 
 
 class ScaleFactorNonlinearity(Effect):

@@ -7,8 +7,8 @@ from torch import Tensor
 
 from zoo.effects.base import Effect, History, Parameter, grid_values
 from zoo.physics.relaxation import maxwell, shifted
+from zoo.units import SECONDS_PER_HOUR, SECONDS_PER_MINUTE
 
-SECONDS_PER_HOUR, SECONDS_PER_MINUTE = 3600.0, 60.0
 FASTER = 6.0
 """Ratio of the two branches' times: a spectrum of a decade or two in two lines, of which either may be nothing."""
 

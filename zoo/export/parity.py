@@ -10,6 +10,7 @@ import torch
 from torch import Tensor
 
 from zoo.errors import WorkError
+from zoo.export.files import PROGRAM, SCRIPT, STEP
 from zoo.export.program import load_program
 from zoo.export.torchscript import load_torchscript
 from zoo.models.base import Model
@@ -40,10 +41,10 @@ class Files:
     @classmethod
     def of(cls, files: Mapping[str, bytes]) -> Files:
         """From their contents, by name."""
-        script = load_torchscript(files["model.ts"])
-        if "model.pt2" not in files:
+        script = load_torchscript(files[SCRIPT])
+        if PROGRAM not in files:
             return cls(script)
-        whole, step = load_program(files["model.pt2"]), load_program(files["step.pt2"])
+        whole, step = load_program(files[PROGRAM]), load_program(files[STEP])
         return cls(script, whole.module(), step.module(), torch.full(step.example_inputs[0][1].shape, torch.nan, dtype=torch.float64))
 
 

@@ -24,20 +24,21 @@ def suffix(path: Path) -> str:
     return found
 
 
-def find_files(files: Sequence[str | Path] | str | Path) -> list[Path]:
+def find_files(files: Sequence[str | Path] | str | Path, key: str = "data.files") -> list[Path]:
     """Existing files in the order given; what a glob finds is sorted by name.
 
     Args:
         files: paths and globs.
+        key: under which they were given, for messages.
 
     Raises:
         InputError: nothing was asked for, a path does not exist or is a folder, a glob finds nothing, a file is named twice.
     """
     if not isinstance(files, str | Path | Sequence):
-        raise InputError(f"data.files={'null' if files is None else files}: paths or globs are needed: data.files=[a.csv,b.csv]")
+        raise InputError(f"{key}={'null' if files is None else files}: paths or globs are needed: {key}=[a.csv,b.csv]")
     asked = [files] if isinstance(files, str | Path) else list(files)
     if not asked:
-        raise InputError("data.files is empty; give at least one measurement file: data.files=[a.csv,b.csv]")
+        raise InputError(f"{key} is empty; give at least one measurement file: {key}=[a.csv,b.csv]")
     paths = [path for one in asked for path in _matches(str(one))]
     count = Counter(path.resolve() for path in paths)
     twice = next((path for path in paths if count[path.resolve()] > 1), None)

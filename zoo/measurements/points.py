@@ -9,7 +9,7 @@ import torch
 from torch import Generator, Tensor
 
 from zoo.errors import InputError, in_brief
-from zoo.given import check_number
+from zoo.given import check_number, check_seed
 from zoo.measurements.run import OUTPUT, Run
 
 _KEY = "data.points"
@@ -39,7 +39,8 @@ class Points:
         """
         if self.where is not None and not isinstance(self.where, str):
             raise InputError(f"{_KEY}.where={self.where}: a condition is needed, such as 'reference_dph != 0 and temperature_c > -20', or null")
-        for key, least in (("fitted", 1), ("checked", 0), ("seed", 0)):
+        check_seed(f"{_KEY}.seed", self.seed)
+        for key, least in (("fitted", 1), ("checked", 0)):
             if key != "fitted" or self.fitted is not None:
                 check_number(f"{_KEY}.{key}", getattr(self, key), least, unit=", or null," if key == "fitted" else "", whole=True)
 

@@ -11,8 +11,8 @@ from zoo.effects.base import History, Parameter
 from zoo.errors import WorkError
 from zoo.physics.carry import at_start, left, resumed
 from zoo.physics.lag import lagged
+from zoo.units import SECONDS_PER_MINUTE
 
-SECONDS_PER_MINUTE = 60.0
 LAG = Parameter(
     "lag",
     300.0,

@@ -68,7 +68,7 @@ def usable_device(name: str) -> torch.device:
     """
     try:
         device = torch.device(name)
-    except RuntimeError:
+    except (RuntimeError, TypeError):
         device = None
     if device is None or device.type not in {"cpu", "cuda"}:
         raise InputError(f"torch_device={name}: possible: cpu, cuda, cuda:1")

@@ -9,7 +9,9 @@ from torch import Tensor
 
 from zoo.given import check_number
 from zoo.measurements.run import Run
-from zoo.papers.study import BEFORE, WHOLE, Claim, Row, Study, in_words, row
+from zoo.papers.study import Claim, Row, Study, in_words, row
+from zoo.scoring.comparison import UNCOMPENSATED, WHOLE
+from zoo.scoring.stages import rms
 from zoo.simulator.accelerometer.alignment import AXES, Alignment, simulate_alignment
 from zoo.simulator.accelerometer.in_process import as_run
 
@@ -63,7 +65,7 @@ def levelled(study: Study, model: str) -> tuple[Tensor, Tensor]:
 
     Args:
         study: with the runs of `accelerometers` as its others.
-        model: one of its methods, `BEFORE` or `KNOWN`.
+        model: one of its methods, `UNCOMPENSATED` or `KNOWN`.
 
     Returns:
         (U, 3, T) of the accelerometers by themselves, without the turn of the table [pulses], and (U, 2, T) of pitch and roll [°].
@@ -81,7 +83,7 @@ def levelled(study: Study, model: str) -> tuple[Tensor, Tensor]:
 
 def _left(other: Study, model: str) -> Tensor:
     """(T,) of one accelerometer's second power-on [pulses]."""
-    first, second = (left[0] for left in other.left[BEFORE])
+    first, second = (left[0] for left in other.left[UNCOMPENSATED])
     return second - first if model == KNOWN else other.left[model][1][0]
 
 
@@ -142,12 +144,8 @@ def _alignment(study: Study) -> list[Claim]:
         ),
     ]
     for kind, parts, printed in (("accelerometers'", single, 0.73), ("attitude's", angles, 0.60)):
-        shown = {name: _rms(part[:, LEVEL] if parts is single else part) for name, part in parts.items()}
+        shown = {name: rms(part[:, LEVEL] if parts is single else part) for name, part in parts.items()}
         gain, most = (1 - shown[name] / shown[LINE] for name in (TRAINED, KNOWN))
         text = f"the {kind} error falls by {printed:.0%} against the line's, to 5 points"
         claims.append(Claim(text, f"{gain:.1%}; with every count known {most:.1%}", abs(gain - printed) <= 0.05))
     return claims
-
-
-def _rms(parts: Tensor) -> float:
-    return float(parts.square().mean().sqrt())

@@ -7,12 +7,13 @@ from itertools import pairwise
 import torch
 from torch import Tensor
 
-from zoo.papers.study import BEFORE, WHOLE, Claim, Row, Study, in_words, row, spread
+from zoo.papers.study import Claim, Row, Study, in_words, row, spread
+from zoo.scoring.comparison import UNCOMPENSATED, WHOLE
 from zoo.units import convert
 
 LARGEST, SPREAD = "largest error", "standard deviation"
 PRINTED = {
-    BEFORE: ((11.5764, 4.61936), (11.6008, 4.62689)),
+    UNCOMPENSATED: ((11.5764, 4.61936), (11.6008, 4.62689)),
     "line": ((3.4732, 1.7316), (3.5006, 1.7306)),
     "LS-SVM": ((0.9287, 0.1924), (0.9301, 0.1923)),
     "BP": ((0.1335, 0.03121), (0.1764, 0.03565)),
@@ -97,7 +98,7 @@ def attainable(study: Study, floor: float) -> float:
     """
     blocks = [(run.block_mean(run.temperature), run.block_mean(run.table[:, -1])) for run in study.runs]
     temperature, rate = (torch.cat(parts) for parts in zip(*blocks, strict=True))
-    error = torch.cat([left[0] for left in study.left[BEFORE]])
+    error = torch.cat([left[0] for left in study.left[UNCOMPENSATED]])
     order = temperature.argsort()
     level = torch.empty_like(order)
     level[order] = torch.cat([order[:1] * 0, (temperature[order].diff() > LEVELS_APART_K).long().cumsum(0)])
@@ -118,6 +119,8 @@ def _means(values: Tensor, group: Tensor) -> Tensor:
 
 def _before(study: Study) -> Claim:
     """Whether the gyro before compensation is the paper's."""
-    apart = [float(figure(study, BEFORE, quantity, 0)) / printed for quantity, printed in zip(MEASURES, PRINTED[BEFORE][0], strict=True)]
+    apart = [
+        float(figure(study, UNCOMPENSATED, quantity, 0)) / printed for quantity, printed in zip(MEASURES, PRINTED[UNCOMPENSATED][0], strict=True)
+    ]
     value = " and ".join(f"{one - 1:+.1%}" for one in apart)
     return Claim("uncompensated, both figures are within 5 % of the printed ones", value, all(abs(one - 1) <= 0.05 for one in apart))

@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import torch
 
-from zoo.papers.study import BEFORE, WHOLE, Claim, Row, Study, in_words, removed, row, spread
+from zoo.papers.study import Claim, Row, Study, in_words, removed, row, spread
+from zoo.scoring.comparison import UNCOMPENSATED, WHOLE
 from zoo.scoring.rate_windows import rate_windows
 
 STAGES = ("-40", "-40→-20", "-20", "-20→0", "0", "0→20", "20", "20→40", "40", "40→60", "60")
 """Holds and ramps [°C]."""
 PRINTED = {
-    BEFORE: (
+    UNCOMPENSATED: (
         (0.0079, 0.0540, 0.0084, 0.0632, 0.0110, 0.0696, 0.0090, 0.0620, 0.0089, 0.0381, 0.0079, 0.0514),
         (0.0117, 0.0543, 0.0101, 0.0612, 0.0092, 0.0687, 0.0074, 0.0558, 0.0083, 0.0403, 0.0089, 0.0559),
         (0.0102, 0.0561, 0.0078, 0.0627, 0.0085, 0.0669, 0.0082, 0.0564, 0.0098, 0.0436, 0.0097, 0.0549),

@@ -12,10 +12,8 @@ from torch import Tensor
 
 from zoo.errors import WorkError
 from zoo.measurements.run import Run
+from zoo.scoring.comparison import UNCOMPENSATED
 
-BEFORE = "uncompensated"
-WHOLE = "whole"
-"""The stage that is all of a run."""
 BAND = (0.05, 0.95)
 """Share of the seeds below the ends of a band."""
 
@@ -29,7 +27,7 @@ class Row:
         unit: as usually written.
         stage: part of the run; ``"whole"`` for all of it.
         sample: which run.
-        model: which method; `BEFORE` for none.
+        model: which method; `UNCOMPENSATED` for none.
         paper: the printed value; None where the paper prints none.
         ours: median over the seeds, or over what else there are several of.
         low: 5 % of them are below.
@@ -90,12 +88,12 @@ class Study:
         """From predictions (E, N) by method and run [output's unit]."""
         errors = [run.block_mean(run.error) for run in runs]
         left = {name: [error - one for error, one in zip(errors, each, strict=True)] for name, each in predicted.items()}
-        return cls(runs, fitted, {BEFORE: [error.unsqueeze(0) for error in errors], **left}, others)
+        return cls(runs, fitted, {UNCOMPENSATED: [error.unsqueeze(0) for error in errors], **left}, others)
 
     @property
     def methods(self) -> list[str]:
-        """Their names, without `BEFORE`."""
-        return [name for name in self.left if name != BEFORE]
+        """Their names, without `UNCOMPENSATED`."""
+        return [name for name in self.left if name != UNCOMPENSATED]
 
 
 def seed_by_seed(predicted: Mapping[str, Mapping[int, Sequence[Tensor]]]) -> dict[str, list[Tensor]]:
@@ -134,9 +132,9 @@ def spread(left: Tensor) -> Tensor:
     return left.std(dim=-1)
 
 
-def removed(study: Study, model: str, samples: Sequence[int], measure: Measure = spread) -> Tensor:
-    """(E,) share by which a method lowers a figure, its mean over some runs."""
-    shares = [1.0 - measure(study.left[model][one]) / measure(study.left[BEFORE][one]) for one in samples]
+def removed(study: Study, model: str, samples: Sequence[int]) -> Tensor:
+    """(E,) share by which a method lowers the standard deviation, its mean over some runs."""
+    shares = [1.0 - spread(study.left[model][one]) / spread(study.left[UNCOMPENSATED][one]) for one in samples]
     return torch.stack([share.expand(max(len(part) for part in shares)) for share in shares]).mean(0)
 
 

@@ -5,12 +5,13 @@ from __future__ import annotations
 import torch
 from torch import Tensor
 
-from zoo.papers.study import BEFORE, WHOLE, Claim, Measure, Row, Study, in_words, row, spread
+from zoo.papers.study import Claim, Measure, Row, Study, in_words, row, spread
+from zoo.scoring.comparison import UNCOMPENSATED, WHOLE
 
 TRADITIONAL, PROPOSED, OURS = "T alone", "PSO", "continuous"
 """Methods that the claims are about; see conf/experiment/tong2019.yaml."""
 PRINTED = {
-    BEFORE: {"mean": -6.90e-2, "standard deviation": 1.5317e-2},
+    UNCOMPENSATED: {"mean": -6.90e-2, "standard deviation": 1.5317e-2},
     TRADITIONAL: {"mean": 1.1209e-4, "standard deviation": 6.9597e-3},
     PROPOSED: {"mean": -2.9621e-5, "standard deviation": 6.6524e-3},
 }
@@ -58,14 +59,14 @@ def claims(study: Study, floors: list[float]) -> list[Claim]:
     gain = 1.0 - deviation[PROPOSED][FITTED] / deviation[TRADITIONAL][FITTED]
     over_noise = {name: study.left[name][CHECK].square().mean(-1).sqrt() / floors[CHECK] for name in study.methods}
     best = min(over_noise, key=lambda name: float(over_noise[name].median()))
-    checked = 1.0 - deviation[PROPOSED][CHECK] / deviation[BEFORE][CHECK]
+    checked = 1.0 - deviation[PROPOSED][CHECK] / deviation[UNCOMPENSATED][CHECK]
     room = deviation[TRADITIONAL][FITTED] / floors[FITTED]
     rivals = [(other, sample) for other in (TRADITIONAL, PROPOSED) for sample in (FITTED, CHECK)]
     ours = [float(deviation[OURS][sample].median()) for sample in (FITTED, CHECK)]
     below = all(ours[sample] < float(deviation[other][sample].median()) for other, sample in rivals)
     return [
         Claim("PSO's standard deviation is at most that of T alone (paper: 4.4 % less)", f"{in_words(gain)} less", float(gain.median()) >= 0),
-        _mean_claim(study, BEFORE, "before (paper: 99.96 %)"),
+        _mean_claim(study, UNCOMPENSATED, "before (paper: 99.96 %)"),
         _mean_claim(study, TRADITIONAL, "that of T alone (paper: 74 %)"),
         Claim("continuous segments leave less than T alone and PSO, of the run and of the check run", f"{ours[0]:.3e}, {ours[1]:.3e} °/h", below),
         Claim(

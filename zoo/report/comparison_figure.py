@@ -9,6 +9,7 @@ import numpy as np
 from zoo.report.canvas import DENSE, blank, panel
 from zoo.report.palette import FLOOR, INK, MEASURED, MUTED
 from zoo.report.wording import Scale, significant
+from zoo.scoring.comparison import UNCOMPENSATED
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -17,7 +18,7 @@ if TYPE_CHECKING:
     from matplotlib.axis import Axis
     from matplotlib.figure import Figure
 
-UNCOMPENSATED, FLOOR_NAME = "uncompensated", "noise floor"
+FLOOR_NAME = "noise floor"
 COLORS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#1d2733", "#F0E442")
 """Okabe & Ito (2008); the uncompensated error is grey."""
 OTHERS = "#c3cbd3"

@@ -11,14 +11,14 @@ from markupsafe import Markup
 from zoo import __version__
 from zoo.artifacts import write_text
 from zoo.report.canvas import inline_svg
-from zoo.report.comparison_figure import UNCOMPENSATED, seeds_figure, stages_figure
+from zoo.report.comparison_figure import seeds_figure, stages_figure
 from zoo.report.comparison_words import Record, goes_with, headline, judges, leaders, pair_of, sentences, statement, whole_noise
 from zoo.report.palette import styled
 from zoo.report.run_figure import Curves, halves
 from zoo.report.tables import region_rows
 from zoo.report.template import filled
 from zoo.report.wording import NONE, Scale, fixed, percent, times
-from zoo.scoring.comparison import TOGETHER
+from zoo.scoring.comparison import TOGETHER, UNCOMPENSATED
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

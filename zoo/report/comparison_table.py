@@ -8,11 +8,10 @@ from rich.console import Console
 from rich.table import Table
 from rich.text import Text
 
-from zoo.report.comparison_figure import UNCOMPENSATED
 from zoo.report.comparison_page import scale_of, stage_rows
 from zoo.report.comparison_words import judges, notes, statement, whole_noise
 from zoo.report.wording import times
-from zoo.scoring.comparison import TOGETHER
+from zoo.scoring.comparison import TOGETHER, UNCOMPENSATED
 
 UNLIMITED = 10_000
 STATED = 6

@@ -6,7 +6,7 @@ from typing import Any
 
 from zoo.report.floors import WORTH_TELLING
 from zoo.report.wording import Scale, fixed, joined, percent, reached_beyond, times
-from zoo.scoring.comparison import EVERYWHERE, UNSEEN
+from zoo.scoring.comparison import EVERYWHERE, UNCOMPENSATED, UNSEEN
 from zoo.scoring.noise import CHECK_ALLOWED
 from zoo.scoring.seeds import ENOUGH
 
@@ -119,7 +119,7 @@ def headline(document: Record) -> str:
     """The answer in one line."""
     methods, ahead = document["methods"], leaders(document)
     best, alone = methods[0], len(methods) == 1
-    if best["rms"]["median"] >= document["rms"]["uncompensated"]:
+    if best["rms"]["median"] >= document["rms"][UNCOMPENSATED]:
         return f"No compensation is better than {best['name'] if alone else 'all of them'}"
     if alone:
         return f"{best['name']} removes {percent(best['removed'])} of the error"
@@ -162,7 +162,7 @@ def notes(document: Record) -> list[str]:
 
 def useless(document: Record) -> list[str]:
     """Who leaves more than there is without them, where not all do, which the headline says."""
-    bare, methods = document["rms"]["uncompensated"], document["methods"]
+    bare, methods = document["rms"][UNCOMPENSATED], document["methods"]
     worse = [one for one in methods if one["rms"]["median"] > bare]
     if not worse or len(worse) == len(methods):
         return []

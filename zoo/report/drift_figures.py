@@ -5,8 +5,9 @@ from __future__ import annotations
 import re
 from typing import TYPE_CHECKING
 
-from zoo.papers.study import WHOLE, Row, Study
+from zoo.papers.study import Row, Study
 from zoo.report.paper_figures import compensated_figure, drift_figure, fits_figure, table_figure
+from zoo.scoring.comparison import WHOLE
 from zoo.units import symbol
 
 if TYPE_CHECKING:

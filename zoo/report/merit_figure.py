@@ -5,10 +5,11 @@ from __future__ import annotations
 import re
 from typing import TYPE_CHECKING
 
-from zoo.papers.study import WHOLE, Row
+from zoo.papers.study import Row
 from zoo.report.canvas import blank, panel
 from zoo.report.comparison_figure import COLORS, scaled
 from zoo.report.palette import CHECK
+from zoo.scoring.comparison import WHOLE
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

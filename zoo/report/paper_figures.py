@@ -7,11 +7,12 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from zoo.papers.study import BEFORE, Claim, Row, Study
+from zoo.papers.study import Claim, Row, Study
 from zoo.report.canvas import blank, curve, panel
 from zoo.report.comparison_figure import COLORS, legend_above, legend_columns
 from zoo.report.palette import INK, MEASURED
 from zoo.report.wording import joined, significant
+from zoo.scoring.comparison import UNCOMPENSATED
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -35,7 +36,7 @@ def drift_figure(study: Study, unit: str) -> Figure:
     names = {run.name: COLORS[place] for place, run in enumerate(study.runs)}
     figure, axes = _single(names, f"error before compensation [{unit}]")
     for place, run in enumerate(study.runs):
-        axes.plot(run.block_mean(run.temperature).numpy(), study.left[BEFORE][place][0].numpy(), lw=1.1, color=names[run.name])
+        axes.plot(run.block_mean(run.temperature).numpy(), study.left[UNCOMPENSATED][place][0].numpy(), lw=1.1, color=names[run.name])
     axes.set_xlabel("Temperature [°C]")
     return figure
 
@@ -43,7 +44,7 @@ def drift_figure(study: Study, unit: str) -> Figure:
 def fits_figure(study: Study, sample: int, unit: str) -> Figure:
     """The error of one run and what every method predicts: median and 90 % band over the seeds, as far as they stay on its scale."""
     run, colors = study.runs[sample], _colors(study.methods)
-    hours, error = run.block_mean(run.time).numpy() / 3600, study.left[BEFORE][sample][0].numpy()
+    hours, error = run.block_mean(run.time).numpy() / 3600, study.left[UNCOMPENSATED][sample][0].numpy()
     predicted, ends = {name: error - study.left[name][sample].numpy() for name in colors}, _around(error)
     gone = [name for name, values in predicted.items() if _off(np.quantile(values, 0.5, axis=0), ends).any()]
     title = f"{run.name}: error and predictions [{unit}]" + (f"; off the scale at times: {joined(gone)}" if gone else "")
@@ -61,7 +62,7 @@ def compensated_figure(study: Study, sample: int, unit: str) -> Figure:
     run, colors = study.runs[sample], _colors(study.methods)
     step = HEIGHT + HEAD
     figure = blank(WIDTH, step * len(colors) + FOOT)
-    hours, error = run.block_mean(run.time).numpy() / 3600, study.left[BEFORE][sample][0].numpy()
+    hours, error = run.block_mean(run.time).numpy() / 3600, study.left[UNCOMPENSATED][sample][0].numpy()
     low, high = _around(np.append(error, 0.0))
     for place, (name, color) in enumerate(colors.items()):
         left = study.left[name][sample].numpy()
@@ -92,7 +93,7 @@ def table_figure(rows: list[Row], quantity: str, stage: str) -> Figure:
         _mark(axes, x, row, list(names.values())[place], (low, high))
     _logarithmic(axes, low, high)
     letters = (WIDTH - LEFT - 14) // (len(models) * LETTER)
-    axes.set_xticks(range(len(models)), ["before" if model == BEFORE else fill(model, letters, break_long_words=False) for model in models])
+    axes.set_xticks(range(len(models)), ["before" if model == UNCOMPENSATED else fill(model, letters, break_long_words=False) for model in models])
     axes.grid(visible=False, axis="x")
     return figure
 

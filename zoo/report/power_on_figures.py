@@ -7,11 +7,12 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from zoo.papers.hui2016 import KNOWN, WANTED_DEG, levelled
-from zoo.papers.study import BEFORE, Row, Study
+from zoo.papers.study import Row, Study
 from zoo.report.canvas import blank, panel
 from zoo.report.comparison_figure import COLORS, scaled
 from zoo.report.merit_figure import merit_figures
 from zoo.report.palette import FLOOR, MEASURED
+from zoo.scoring.comparison import UNCOMPENSATED
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -36,7 +37,7 @@ def fits_figure(study: Study) -> Figure:
     """The fitted error over the temperature, and what every method makes of it: the median over its seeds."""
     figure = blank(WIDTH, HEAD + 320 + FOOT)
     axes = panel(figure, (LEFT, HEAD, WIDE, 320), "error and predictions [pulses]", INDENT)
-    temperature, error = _temperature(study), study.left[BEFORE][0][0].numpy()
+    temperature, error = _temperature(study), study.left[UNCOMPENSATED][0][0].numpy()
     axes.plot(temperature, error, "o", color=MEASURED, ms=6, label="measured")
     for place, name in enumerate(study.methods):
         predicted = error - study.left[name][0].median(dim=0).values.numpy()

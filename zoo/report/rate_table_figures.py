@@ -6,10 +6,11 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from zoo.papers.study import BEFORE, Row, Study
+from zoo.papers.study import Row, Study
 from zoo.report.canvas import blank, panel
 from zoo.report.merit_figure import merit_figures
 from zoo.report.palette import MUTED
+from zoo.scoring.comparison import UNCOMPENSATED
 from zoo.units import convert
 
 if TYPE_CHECKING:
@@ -29,7 +30,7 @@ def figures(study: Study, rows: list[Row]) -> dict[str, Figure]:
 def error_figure(study: Study) -> Figure:
     """The error before compensation, all points."""
     figure = blank(WIDTH, HEAD + 320 + FOOT)
-    _points(figure, study, BEFORE, (LEFT, HEAD, WIDE, 320), "error before compensation [°/s]")
+    _points(figure, study, UNCOMPENSATED, (LEFT, HEAD, WIDE, 320), "error before compensation [°/s]")
     return figure
 
 

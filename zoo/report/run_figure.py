@@ -8,10 +8,11 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from zoo.report.canvas import blank, curve, panel
-from zoo.report.comparison_figure import COLORS, INDENT, LEFT, STAGES_WIDE, UNCOMPENSATED, WIDTH, best_of, colors_of, legend_above, legend_height
+from zoo.report.comparison_figure import COLORS, INDENT, LEFT, STAGES_WIDE, WIDTH, best_of, colors_of, legend_above, legend_height
 from zoo.report.palette import FLOOR
 from zoo.report.time_figure import draw_temperature, limits
 from zoo.report.wording import Scale
+from zoo.scoring.comparison import UNCOMPENSATED
 from zoo.scoring.stages import stage_names
 from zoo.units import own_time
 

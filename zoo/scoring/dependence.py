@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
+import numpy as np
 import torch
 from torch import Tensor
 
@@ -34,7 +35,8 @@ def shares(residual: Tensor, quantities: Mapping[str, Tensor]) -> dict[str, floa
 
 def _explained(centred: Tensor, values: Tensor) -> float:
     """ε² of (N,) values that have no mean."""
-    edges = torch.unique(values.quantile(torch.linspace(0, 1, BINS + 1, dtype=values.dtype, device=values.device))[1:-1])
+    # NumPy's, as torch's quantile takes no more than 2²⁴ values.
+    edges = torch.unique(values.new_tensor(np.quantile(values.cpu().numpy(), np.linspace(0, 1, BINS + 1)[1:-1])))
     where = torch.bucketize(values, edges)
     count = torch.bincount(where, minlength=len(edges) + 1).to(centred.dtype)
     means = torch.zeros_like(count).index_add(0, where, centred) / count.clamp_min(1)

@@ -10,13 +10,13 @@ from torch import Tensor
 from zoo.scoring.stages import local_rate
 
 WINDOW_S = 600.0
-"""Width over which the rate is taken, and the shortest stage [s]."""
+"""Width over which the rate is taken, and the shortest stage but the last [s]."""
 
 
 def rate_windows(time: Tensor, temperature: Tensor, still_k_per_min: float) -> list[slice]:
     """Consecutive stages, each a hold (below the limit) or a movement (above it), that cover all blocks.
 
-    What is shorter than ten minutes belongs to the stage before it.
+    What is shorter than ten minutes belongs to the stage before it, but for the last, which the end of the run may have cut short.
 
     Args:
         time: (N,) block centres, increasing [s].

@@ -40,7 +40,7 @@ class Contest:
 
     Attributes:
         ratio: median of the first over the median of the second.
-        interval: 95 % for the ratio; None where neither has six seeds.
+        interval: 95 % for the ratio; None where one of them has two to five seeds, or both have one.
         wins: seeds with which the first is lower.
         ties: seeds with which both are equal.
         seeds: how many were compared.

@@ -13,6 +13,7 @@ from zoo.effects.base import Effect, Parameter, physical_value
 from zoo.effects.chamber_cycling import RUNS
 from zoo.effects.shupe import Shupe
 from zoo.errors import InputError, nearest
+from zoo.given import is_number
 from zoo.simulator.gyros.device import Device
 from zoo.simulator.streams import Span, sign, stream, uniform
 from zoo.simulator.thermal.winding_weights import column_weight
@@ -20,7 +21,6 @@ from zoo.simulator.thermal.winding_weights import column_weight
 # Leading amplitude, and how large the others may be relative to it. Engineering priors at 60 K from the reference; fringes of any phase.
 RATIOS: dict[str, tuple[str, dict[str, float]]] = {
     "static_bias": ("slope", {"offset": 10.0, "curvature": 0.3 / 60, "cubic": 0.1 / 60**2}),
-    "sensor_lag": ("slope", {"curvature": 0.3 / 60}),
     "rate_temperature_coupling": ("slope", {"curvature": 0.3 / 60}),
     "glass_transition": ("jump", {"peak": 1.0}),
     "polarization": ("cosine", {"sine": 1.0, "cosine_2": 0.3, "sine_2": 0.3, "cosine_3": 0.1, "sine_3": 0.1}),
@@ -160,7 +160,7 @@ def given_values(values: Tensor, declared: tuple[Parameter, ...], given: Mapping
     """
     for one, value in given.items():
         match = next((p for p in declared if p.name == one), None)
-        if match and (isinstance(value, (str, bool)) or not match.low <= value <= match.high):
+        if match and not (is_number(value) and match.low <= value <= match.high):
             raise InputError(f"parameters.{name}.{one}={value}: {match.low:g} to {match.high:g} {match.unit} is possible")
     return torch.tensor([float(given.get(p.name, old)) for p, old in zip(declared, values.tolist(), strict=True)], dtype=torch.float64)
 

@@ -13,10 +13,10 @@ from functools import lru_cache
 import torch
 from torch import Tensor
 
-from zoo.errors import InputError
+from zoo.given import check_number
 from zoo.simulator.streams import normal, uniform
+from zoo.units import SECONDS_PER_HOUR
 
-SECONDS_PER_HOUR = 3600.0
 DIGITS = 9
 """Decimals of a counted output in °/h; a file would otherwise show it to the last bit."""
 REFERENCE_C, COLD_C = 20.0, -40.0
@@ -56,9 +56,8 @@ class Noise:
         """
         for field in fields(self):
             value, low = getattr(self, field.name), -math.inf if field.name == "rate_ramp" else 0.0
-            number = isinstance(value, (int, float)) and not isinstance(value, bool)
-            if not (number and math.isfinite(value) and value >= low) and not (value is None and field.default is None):
-                raise InputError(f"noise.{field.name}={value}: a number{' from 0 up' if low == 0 else ''} is possible")
+            if value is not None or field.default is not None:
+                check_number(f"noise.{field.name}", value, low)
 
 
 SILENT = Noise(**dict.fromkeys((field.name for field in fields(Noise)), 0.0))

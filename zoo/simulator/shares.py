@@ -10,6 +10,7 @@ from torch import Tensor
 
 from zoo.effects.base import Effect
 from zoo.errors import InputError
+from zoo.scoring.stages import rms
 from zoo.simulator.draws import Scene, draw_amplitude, draw_direction, draw_shape, given_values, shape_parameters
 from zoo.simulator.gyros.device import Device
 from zoo.simulator.plant import Scenario
@@ -112,7 +113,7 @@ def _amplitude(name: str, effect: Effect, device: Device, columns: Tensor, given
     known = draw_amplitude(name, effect, device)
     raw = draw_direction(name, columns.square().mean(0).sqrt(), device.seed) if known is None else known
     amplitude = given_values(raw, effect.amplitudes, given, name)
-    return amplitude, float((columns @ amplitude).square().mean().sqrt()), known is None
+    return amplitude, rms(columns @ amplitude), known is None
 
 
 def _visible(part: Tensor, beside: Tensor | None) -> float:
@@ -121,7 +122,7 @@ def _visible(part: Tensor, beside: Tensor | None) -> float:
         centred = beside - beside.mean(0)
         scaled = centred / centred.square().mean(0).sqrt().clamp_min(1e-300)
         part = part - scaled @ torch.linalg.lstsq(scaled, part.unsqueeze(-1), driver="gelsd").solution.squeeze(-1)
-    return float(part.square().mean().sqrt())
+    return rms(part)
 
 
 def _range(runs: Sequence[Scenario], row: int) -> tuple[float, float]:

@@ -11,12 +11,12 @@ import torch
 from torch import Tensor
 
 from zoo.artifacts import replacing
-from zoo.errors import InputError
+from zoo.errors import InputError, in_brief
 from zoo.measurements.run import Run
 from zoo.models.base import FeatureModel, Model
 from zoo.models.prediction import raw_columns
 from zoo.scoring.stages import rms
-from zoo.training.files import MEMBERS
+from zoo.training.files import MEMBERS, UNREADABLE
 from zoo.training.scores import residual_blocks
 
 SHARES = {"low": 0.05, "median": 0.5, "high": 0.95}
@@ -112,9 +112,12 @@ def read_members(folder: Path) -> list[Member]:
     """The inverse of `write_members`.
 
     Raises:
-        InputError: the folder holds no ensemble.
+        InputError: the folder holds no ensemble, or a damaged one.
     """
     if not (folder / MEMBERS).is_file():
         raise InputError(f"{folder}: no ensemble here ({MEMBERS} is missing); give the output folder of a train command with seeds=2 or more")
-    kept = torch.load(folder / MEMBERS, weights_only=True, map_location="cpu")
-    return [Member(seed, state) for seed, state in zip(kept["seeds"], kept["states"], strict=True)]
+    try:
+        kept = torch.load(folder / MEMBERS, weights_only=True, map_location="cpu")
+        return [Member(seed, state) for seed, state in zip(kept["seeds"], kept["states"], strict=True)]
+    except UNREADABLE as error:
+        raise InputError(f"{folder / MEMBERS}: damaged ({in_brief(error)}); train it again") from error

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import pickle
 from pathlib import Path
 from typing import Any
 
@@ -10,7 +9,7 @@ import torch
 from torch import Tensor
 
 from zoo.errors import InputError
-from zoo.training.files import CHECKPOINT
+from zoo.training.files import CHECKPOINT, UNREADABLE
 from zoo.training.module import EVALUATIONS, FINISHED, OPTIMIZER, SETTINGS, Training, lowered
 
 STATE = "stepwise"
@@ -65,7 +64,7 @@ def _read(path: Path) -> dict[str, Any]:
     try:
         checkpoint = torch.load(path, weights_only=True, map_location="cpu")
         return dict(checkpoint) | {name: checkpoint[name] for name in ("state_dict", "global_step")}
-    except (OSError, RuntimeError, KeyError, EOFError, TypeError, pickle.UnpicklingError) as error:
+    except UNREADABLE as error:
         raise InputError(f"resume={path}: cannot be read as a checkpoint of a training ({type(error).__name__})") from error
 
 

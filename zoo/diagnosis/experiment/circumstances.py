@@ -11,9 +11,10 @@ from torch import Tensor
 from zoo.errors import InputError
 from zoo.measurements.run import Run
 from zoo.physics.lag import lagged
+from zoo.simulator.laboratory.earth import EARTH_RAD_PER_S
 from zoo.units import convert
 
-EARTH_DPH = 15.041
+EARTH_DPH = round(convert(EARTH_RAD_PER_S, "rad_per_s", "dph"), 3)
 """Rate of the Earth's rotation: the true input that is proposed where the runs have none."""
 SELF_HEATING_K = 8.0
 """How far a gyro's thermometers are above the chamber's air, at most; an engineering prior, 3 to 12 K for 1 to 15 W."""

@@ -9,6 +9,7 @@ import torch
 from zoo.report.truth.effect_stack import Parts
 from zoo.report.truth.winding_numbers import WEIGHT, axial_weight, radial_weight, trimmed
 from zoo.report.wording import joined, significant
+from zoo.scoring.stages import rms
 from zoo.simulator.recorded import Recorded
 from zoo.simulator.simulated import truth_file
 from zoo.simulator.simulation import Simulation
@@ -41,12 +42,8 @@ def tiles(simulation: Simulation) -> Iterator[tuple[str, str, str, str]]:
     turns = f"{device.gyro.pattern.replace('_', '-')}, {device.gyro.layers} layers of {device.gyro.turns} turns"
     yield "Shupe's weight of the winding, C_w", significant(radial_weight(device.winding)), WEIGHT, turns
     yield "Fibre", significant(device.winding.fibre_m, 4), "m", f"on {significant(1e3 * device['diameter_m'])} mm of mean diameter"
-    yield "Recorded error, RMS about the mean", significant(_rms(errors)), "°/h", "of the fitted runs, row by row"
-    yield "Noise in it", significant(_rms(noises)), "°/h", f"in rows of {simulation.settings.sample_s:g} s"
-
-
-def _rms(values: torch.Tensor) -> float:
-    return float(values.square().mean().sqrt())
+    yield "Recorded error, RMS about the mean", significant(rms(errors)), "°/h", "of the fitted runs, row by row"
+    yield "Noise in it", significant(rms(noises)), "°/h", f"in rows of {simulation.settings.sample_s:g} s"
 
 
 def winding_text(simulation: Simulation) -> Iterator[str]:

@@ -9,9 +9,8 @@ from itertools import pairwise
 from zoo.errors import InputError
 from zoo.given import check_number, check_numbers, is_number
 from zoo.simulator.laboratory.program import LEG, Campaign, Program
-from zoo.units import convert
+from zoo.units import SECONDS_PER_MINUTE, convert
 
-SECONDS_PER_MINUTE = 60.0
 LEGS_A_PERIOD = 96
 STOP = "[to °C, K/min > 0, seconds of hold >= 0]"
 Rows = Sequence[Sequence[float]]

@@ -13,7 +13,7 @@ from zoo.physics.materials import metal_capacity
 from zoo.simulator.gyros.device import Device
 from zoo.simulator.thermal.coefficients import RADIATED, gap_film, housing_film, winding_capacity, winding_conductivity
 from zoo.simulator.thermal.heat import HOUSING, SPOOL, WATCHED, Heat, body, watched
-from zoo.simulator.thermal.winding_weights import SECONDS_PER_MINUTE
+from zoo.units import SECONDS_PER_MINUTE
 
 
 @dataclass(frozen=True, eq=False)

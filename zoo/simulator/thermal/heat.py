@@ -14,7 +14,8 @@ from zoo.physics.lumps import Lumps
 from zoo.physics.modes import Modes, respond
 from zoo.physics.system import System, Watched, field, modes
 from zoo.simulator.gyros.device import Device, stacked
-from zoo.simulator.thermal.winding_weights import SECONDS_PER_MINUTE, lead_weight, of_turns
+from zoo.simulator.thermal.winding_weights import lead_weight, of_turns
+from zoo.units import SECONDS_PER_MINUTE
 
 HOUSING, SPOOL = 0, 1
 TOUCHES = (SPOOL, HOUSING, SPOOL, SPOOL)

@@ -9,8 +9,8 @@ from torch import Tensor
 
 from zoo.physics.winding import Winding, shupe_weight
 from zoo.simulator.gyros.device import Device
+from zoo.units import SECONDS_PER_MINUTE
 
-SECONDS_PER_MINUTE = 60.0
 FREE_LAYERS = 2.0
 """Depth in layers within which the free surface lets the outermost fibre expand differently, which makes Mohr's effect."""
 BALANCED = 0.02
