@@ -13,13 +13,15 @@ from rich.text import Text
 from torch import Generator, Tensor
 
 from zoo.artifacts import write_json, write_text
+from zoo.catalog import names
 from zoo.cli.command_line import plain
-from zoo.cli.entrants import Entrant, find_entrants, given_predictions, named
+from zoo.cli.entrants import find_entrants, given_predictions, named
 from zoo.cli.given_predictions import named_files
 from zoo.cli.inputs import print_notes, read_data
-from zoo.cli.judging import Scored, judge
-from zoo.cli.known_noise import KnownNoise, floors
-from zoo.cli.methods import methods_of
+from zoo.comparison.entrant import Entrant
+from zoo.comparison.judging import Scored, judge
+from zoo.comparison.known_noise import KnownNoise, floors
+from zoo.comparison.methods import methods_of
 from zoo.errors import InputError, WorkError
 from zoo.fitting.noise import of_all
 from zoo.given import check_seed
@@ -58,7 +60,7 @@ def run(config: DictConfig, out: Path) -> Path:
     print_notes(runs)
     entrants = named([*models, *given_predictions(files, len(runs), (config.data.columns or {}).get("time"), config.data.bad_rows == "skip")])
     scored, stages = _scored(entrants, runs, device, float(config.data.get("holdout", 0.0)))
-    judged = judge(methods_of(entrants), scored, Generator().manual_seed(config.seed))
+    judged = judge(methods_of(entrants, names("init")), scored, Generator().manual_seed(config.seed))
     document = _document(entrants, scored, stages) | judged | {"skipped": skipped}
     _write(out, document, scored, stages)
     path = write_text(out / "comparison.csv", _csv(scored.rows, ["run", "stage", "blocks", *document["rms"]]))

@@ -3,9 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import cache
-from math import isclose
 from pathlib import Path
 from typing import Any, cast
 
@@ -14,94 +13,27 @@ from rich.console import Console
 from rich.progress import track
 from torch import Tensor
 
-from zoo.catalog import MODEL_FILE, load_members, load_ranges
+from zoo.catalog import MODEL_FILE, load_members, load_ranges, names
 from zoo.cli.given_predictions import file_of
-from zoo.cli.known_noise import KnownNoise
 from zoo.cli.outcomes import FAILED
-from zoo.cli.saved_models import (
-    RESULTS,
-    command_config,
-    distinct_names,
-    fitted_runs,
-    load_saved,
-    model_folders,
-    read_yaml,
-    tops,
-    uncompensated_rms,
-    was_made,
-)
+from zoo.cli.saved_models import RESULTS, command_config, load_saved, model_folders, read_yaml, tops, was_made
 from zoo.cli.telling_settings import telling_words
+from zoo.comparison.entrant import Entrant
+from zoo.comparison.naming import distinct_names
 from zoo.errors import InputError, causes, in_brief
 from zoo.export.exported import load_exported
 from zoo.export.files import SCRIPT
 from zoo.export.narrowed import narrowed
 from zoo.measurements.predictions import read_prediction
-from zoo.measurements.recording import JITTER
-from zoo.measurements.run import HELD_OUT, OUTPUT, Run
+from zoo.measurements.run import OUTPUT, Run
 from zoo.models.base import Model
 from zoo.models.prediction import predict_blocks
 from zoo.models.ranges import Ranges
 from zoo.models.reach import Reach
 from zoo.training.files import MEMBERS
-from zoo.units import convert
 
-WHOLE = {"holdout": "0", "points.where": "None", "points.fitted": "None", "points.checked": "0"}
-"""Settings of the data under which a fit saw all of its runs."""
-SAME_ERROR = 0.05
-"""Share by which the RMS of a run's error may differ from that of the fitted run of its name: outliers are taken out of some."""
-SAME_RUN = 1e-6
-"""The same, by which a run of another name may differ from a fitted one to be taken for a copy of it."""
 NO_SETTINGS = ("seed", "seeds", "torch_device", "resume", "hydra", "data.check_files", "objective")
 """What a config says that makes no other method."""
-
-
-@dataclass(frozen=True, eq=False)
-class Entrant:
-    """One that predicts.
-
-    Attributes:
-        name: its type, with what tells it from others of its type.
-        kind: its type.
-        folder: where it was found.
-        facts: what is known of how it was made, such as ``seed`` and ``unit``.
-        settings: of its method, flat, such as ``model.hidden``; empty where they are not known.
-        predict: (N,) predicted error of a run's blocks [output's unit].
-        scripted: whether it is an exported file, of whose training not everything is known.
-        beyond: how far a run goes beyond what it was fitted to, see `zoo.models.reach.Reach`; nothing where that is not known.
-    """
-
-    name: str
-    kind: str
-    folder: Path
-    facts: dict[str, Any]
-    settings: Mapping[str, str]
-    predict: Callable[[Run, torch.device], Tensor]
-    scripted: bool = False
-    beyond: Callable[[Run], dict[str, Any]] = lambda _: {}
-
-    def unit(self, run: Run) -> str:
-        """The one that it predicts in; a run's own where that is not known."""
-        return str(self.facts.get("unit", run.unit))
-
-    def fitted(self, run: Run) -> bool:
-        """Whether the model was fitted to a run or to a part of it, to go by its name and, where means are as long, by the size of its error.
-
-        An error as large to many digits is that of a fitted run, whatever it is called.
-        """
-        name, known, own = run.name.removesuffix(HELD_OUT), uncompensated_rms(self.facts), self.facts.get("average_s") or 0.0
-        named = name in fitted_runs(self.facts)
-        parts = any(self.settings.get(f"data.{key}", whole) != whole for key, whole in WHOLE.items())
-        if parts or run.name.endswith(HELD_OUT) or not isclose(own, run.average_s, rel_tol=JITTER):
-            return named
-        here = convert(float(run.block_mean(run.error).square().mean().sqrt()), run.unit, self.unit(run))
-        if named:
-            return name not in known or isclose(here, known[name], rel_tol=SAME_ERROR)
-        return any(isclose(here, one, rel_tol=SAME_RUN) for one in known.values())
-
-    @property
-    def noise(self) -> KnownNoise | None:
-        """Of the gyro, where it was refined until nothing else was left."""
-        return KnownNoise.read(self.facts, self.fitted)
 
 
 def find_entrants(runs: Sequence[str]) -> tuple[list[Entrant], list[str]]:
@@ -218,7 +150,7 @@ def given_predictions(files: Mapping[str, list[Path]], runs: int, time: str | No
 def named(entrants: list[Entrant]) -> list[Entrant]:
     """The same, each with a name of its own."""
     told = [replace(one, facts=one.facts | {"settings": words}) for one, words in zip(entrants, _what_differs(entrants), strict=True)]
-    return [replace(one, name=name) for one, name in zip(told, distinct_names(told), strict=True)]
+    return [replace(one, name=name) for one, name in zip(told, distinct_names(told, names("init")), strict=True)]
 
 
 def _what_differs(entrants: list[Entrant]) -> list[str]:

@@ -13,7 +13,8 @@ from rich.console import Console
 
 from zoo.catalog import MODEL_FILE, RANGES_FILE, load_ranges
 from zoo.cli.inputs import read_data
-from zoo.cli.saved_models import SavedModel, command_config, find_model, fitted_runs, given_in, physical_values
+from zoo.cli.saved_models import SavedModel, command_config, find_model, given_in, physical_values
+from zoo.comparison.facts import fitted_runs
 from zoo.errors import InputError
 from zoo.export.files import SCRIPT
 from zoo.export.write import input_unit, write_export

@@ -8,38 +8,21 @@ import re
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, Protocol, cast
+from typing import Any, cast
 
 import yaml  # type: ignore[import-untyped]
 
-from zoo.catalog import MODEL_FILE, RANGES_FILE, load_model, names, save_model
+from zoo.catalog import MODEL_FILE, RANGES_FILE, load_model, save_model
 from zoo.errors import InputError
 from zoo.export.files import FORMATS, METADATA, SCRIPT
 from zoo.measurements.run import Run
 from zoo.models.base import Model
 from zoo.models.ranges import fitted_ranges
-from zoo.scoring.comparison import UNCOMPENSATED
 from zoo.training.files import CHECKPOINT, MEMBERS, PICTURE
 
 MAKERS = ("train", "refine")
 """Verbs that leave models."""
 RESULTS = ("metrics.json", "refinement.json")
-TAKEN = ("run", "stage", "blocks", UNCOMPENSATED)
-"""Columns of the table that no model may be called like."""
-TOLD_BY = ("origin", "added", "init", "optimizer", "settings", "seed")
-"""What a name says where it differs among models of one type."""
-
-
-class Named(Protocol):
-    """What a name is made of: see `SavedModel`."""
-
-    @property
-    def kind(self) -> str:
-        """Its type."""
-
-    @property
-    def facts(self) -> dict[str, Any]:
-        """What is known of how it was made."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -178,56 +161,7 @@ def load_saved(folder: Path) -> SavedModel:
     return SavedModel(kind, folder, module, facts)
 
 
-def fitted_runs(facts: dict[str, Any]) -> list[str]:
-    """The runs that a model was fitted to: `train` lists them with their numbers, `refine` by name."""
-    return [str(one["run"] if isinstance(one, dict) else one) for one in facts.get("runs") or []]
-
-
-def uncompensated_rms(facts: dict[str, Any]) -> dict[str, float]:
-    """RMS of the error of each run that a model was fitted to [output's unit], by name, where it is known: names alone do not tell gyros apart."""
-    listed = {str(one["run"]): one.get("uncompensated") for one in facts.get("runs") or [] if isinstance(one, dict)}
-    return {name: value for name, value in (listed | (facts.get("uncompensated_by_run") or {})).items() if value is not None}
-
-
 def physical_values(facts: dict[str, Any]) -> dict[str, Any] | None:
     """Fitted values of physical effects, by effect; None where there are none. Under ``parameters`` `refine` has them, and `train` a count."""
     found = facts.get("physical") or facts.get("parameters")
     return found if isinstance(found, dict) else None
-
-
-def distinct_names(models: Sequence[Named]) -> list[str]:
-    """The models' types with what tells any two of a type apart, a seed only where there are others; and at last a number."""
-    kinds = [model.kind for model in models]
-    found, told = kinds, [_told(model) for model in models]
-    for key in TOLD_BY:
-        bearers: dict[str, set[str]] = {}
-        for name, facts in zip(found, told, strict=True):
-            bearers.setdefault(name, set()).add(facts[key])
-        groups = found if key == "seed" else kinds
-        unclear = {group for group, name in zip(groups, found, strict=True) if len(bearers[name]) > 1}
-        found = [f"{name}_{facts[key]}" if facts[key] and group in unclear else name for name, group, facts in zip(found, groups, told, strict=True)]
-    seen = dict.fromkeys(TAKEN, 1)
-    return [_numbered(name, seen) for name in found]
-
-
-def _told(model: Named) -> dict[str, str]:
-    """What may go into a name, empty where there is nothing to say."""
-    facts, ladder = model.facts, model.facts.get("ladder")
-    # What is solved without a start has nothing to draw: its seed decides nothing.
-    seed = "" if facts.get("init") is None or facts.get("seed") is None else f"seed{facts['seed']}"
-    added = "_".join(str(step["added"]) for step in ladder or [] if step.get("added"))
-    plain = {key: str(facts.get(key) or "") for key in ("init", "optimizer", "settings")}
-    if not plain["init"] and plain["optimizer"] in names("init"):  # what fits by itself here is a start elsewhere
-        plain |= {"init": f"by_{plain['optimizer']}", "optimizer": ""}
-    return {"origin": "" if ladder is None else "refined", "added": added, **plain, "seed": seed}
-
-
-def _numbered(name: str, seen: dict[str, int]) -> str:
-    """The name, with a number from its second bearer on; adds to those seen."""
-    while name in seen:
-        seen[name] += 1
-        numbered = f"{name}_{seen[name]}"
-        if numbered not in seen:
-            name = numbered
-    seen[name] = 1
-    return name

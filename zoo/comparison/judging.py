@@ -12,9 +12,9 @@ from typing import Any
 import torch
 from torch import Generator, Tensor
 
-from zoo.cli.entrants import Entrant
-from zoo.cli.known_noise import KnownNoise, floors
-from zoo.cli.methods import Method
+from zoo.comparison.entrant import Entrant
+from zoo.comparison.known_noise import KnownNoise, floors
+from zoo.comparison.methods import Method
 from zoo.diagnosis.regions import regions
 from zoo.fitting.noise import blocks_of, noise_of, of_all
 from zoo.measurements.run import HELD_OUT, Run

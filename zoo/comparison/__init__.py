@@ -1,0 +1,1 @@
+"""Models judged side by side: who predicts, what is one method, how far it is from the noise and from the others."""
