@@ -23,7 +23,7 @@ RANK = {
     "models": 3, "simulator": 3,
     "fitting": 3.5,  # between the models and those who fit them
     "training": 4, "diagnosis": 4, "papers": 4,
-    "export": 5, "report": 5, "comparison": 5,
+    "export": 5, "report": 5, "comparison": 5, "compensation": 5,
     "catalog": 6,
     "cli": 7,
 }  # fmt: skip

@@ -15,13 +15,13 @@ from rich.text import Text
 from zoo.artifacts import write_json
 from zoo.catalog import load_ranges
 from zoo.cli.saved_models import SavedModel, command_config, find_model
+from zoo.compensation import Compensation, Compensator, Tally, check_uncompensated, remarks
 from zoo.errors import BadRow, InputError
 from zoo.export.narrowed import narrowed
 from zoo.measurements.files import find_files, run_names, suffix
 from zoo.measurements.read import check_settings
 from zoo.measurements.schema import Layout, check_references, layout
 from zoo.measurements.table import column_names
-from zoo.models.compensation import Compensation, Compensator, Tally, check_uncompensated, remarks
 from zoo.models.example import example
 from zoo.models.prediction import usable_device
 from zoo.models.streaming import check_streams
