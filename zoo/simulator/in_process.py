@@ -1,11 +1,16 @@
-"""Simulated runs without the way over files."""
+"""Simulated runs without the way over files, for tests and benchmarks.
+
+Blocks are numbered as those of the files are, by the same function. Means agree with those of the files but for the last digits: `Recording` sums
+differences from the first row of each, in pieces.
+"""
 
 from __future__ import annotations
 
+import numpy as np
 import torch
 from torch import Tensor
 
-from zoo.measurements.recording import FINE_PER_BLOCK
+from zoo.measurements.recording import FINE_PER_BLOCK, numbered
 from zoo.measurements.run import Run
 from zoo.simulator.recorded import Recorded
 
@@ -17,7 +22,7 @@ def as_run(recorded: Recorded, average_s: float = 100.0) -> Run:
 
     Args:
         recorded: one simulated run.
-        average_s: block length [s].
+        average_s: block length [s], no shorter than the time between rows.
     """
     inputs = [name for name in recorded.table if name not in OUTPUTS]
     time = recorded.table["time_s"]
@@ -35,14 +40,13 @@ def as_run(recorded: Recorded, average_s: float = 100.0) -> Run:
         table=table[:, :-1],
         error=table[:, -1] - table[:, -2],
         count=count,
-        block=_blocks(since, fine, count, average_s, step),
+        block=_blocks(since, count, average_s, step),
         rows=len(time),
     )
 
 
-def _blocks(since: Tensor, fine: Tensor, count: Tensor, average_s: float, step: float) -> Tensor:
-    """(T,) block of each fine sample, −1 for the last one where it has less than half of its rows."""
-    first = torch.zeros(len(count), dtype=since.dtype).scatter_reduce(0, fine, since, "amin", include_self=False)
-    block = (first / average_s + 1e-6).long()
-    rows = torch.zeros(int(block[-1]) + 1, dtype=count.dtype).index_add(0, block, count)
-    return torch.where(rows[block] >= 0.5 * average_s / step, block, -1)
+def _blocks(since: Tensor, count: Tensor, average_s: float, step: float) -> Tensor:
+    """(T,) block of each fine sample, see `numbered`."""
+    first = since[count.cumsum(0) - count]
+    tick = (first / average_s + 1e-6).long()
+    return torch.from_numpy(numbered(np.zeros(len(count), np.int64), tick.numpy(), count.numpy(), average_s / step)[0])
