@@ -287,6 +287,7 @@ def test_files_that_are_not_there(told, tmp_path) -> None:
     assert "run_1.csv" in told(f"data.files=[{tmp_path / 'run_2.csv'}]"), "what is there instead"
     assert "no file matches" in told(f"data.files=[{tmp_path / 'chamber_*.csv'}]")
     assert "data.files" in told(), "nothing was asked for"
+    assert "data.files is not set" in told("run=anywhere", verb="compensate")
 
 
 def test_a_run_is_read_once_and_no_fitted_one_checks(told, tmp_path) -> None:
@@ -331,6 +332,19 @@ def test_a_run_too_short_to_fit(refused, tmp_path) -> None:
     message = refused(written(tmp_path / "a.csv", frame), "data.average_s=20")
     assert "at least 60" in message
     assert "data.average_s" in message
+
+
+def test_a_run_too_short_to_keep_pieces_apart(refused, tmp_path) -> None:
+    """Of ten pieces of three means one in the middle holds none of them."""
+    message = refused(written(tmp_path / "a.csv", table(rows=540)), "data.average_s=3600", "data.holdout=0.1")
+    assert "data.holdout=0.1: 3 means a run are too few" in message
+
+
+def test_a_name_of_a_file_may_refer_to_the_environment(told, tmp_path, monkeypatch) -> None:
+    monkeypatch.setenv("HERE", str(tmp_path))
+    written(tmp_path / "a.csv", table())
+    asked = "${oc.env:HERE}/a.csv"
+    assert "a.csv is in data.files too" in told(f"data.files=['{asked}']", f"data.check_files=['{asked}']")
 
 
 # Settings
@@ -402,6 +416,9 @@ def test_a_setting_that_makes_no_sense(told, tmp_path, setting, words) -> None:
         ("diagnose", "data.holdout=null"),
         ("diagnose", "data.files=5"),
         ("diagnose", "data.files=null"),
+        ("diagnose", "data.check_files=5"),
+        ("diagnose", "torch_device=null"),
+        ("diagnose", "data.points.seed=99999999999999999999"),
         ("train", "model=null"),
         ("train", "init=null"),
         ("train", "optimizer=null"),
@@ -416,6 +433,8 @@ def test_a_setting_that_makes_no_sense(told, tmp_path, setting, words) -> None:
         ("simulate", "profile=null"),
         ("compare", "seed=x"),
         ("compare", "seed=1.5"),
+        ("compare", "predictions=5"),
+        ("train", "resume=3"),
     ],
 )
 def test_a_setting_of_the_wrong_kind_is_named_and_no_type_error(told, tmp_path, verb, setting) -> None:
