@@ -59,6 +59,10 @@ class Headless(Good):
     head = FeatureModel.head
 
 
+class Empty(FeatureModel):
+    inputs: ClassVar[list[str]] = ["time_s", "temperature_c"]  # type: ignore[misc]
+
+
 class Ahead(Good):
     def features(self, x: Tensor) -> Tensor:
         return self.extract(x).roll(-1, 0)
@@ -96,7 +100,8 @@ class Timeless(Good):
         (Column, r"returns shape \(2000, 1\)"),
         (Single, r"torch\.float32; one number a row"),
         (Fails, "Fails fails with RuntimeError"),
-        (Headless, "features and head are to be written"),
+        (Headless, "still to be written: head$"),
+        (Empty, "still to be written: features, head$"),
         (Ahead, "looks into the future"),
         (Whole, "looks into the future"),
         (Remembers, "depends on the rows beside it"),

@@ -96,8 +96,8 @@ def _predicted(model: Model, x: Tensor) -> Tensor:
     except InputError:
         raise
     except NotImplementedError as error:
-        told = "features and head are to be written" if isinstance(model, FeatureModel) else "forward is to be written"
-        raise InputError(f"{own}: {told}") from error
+        absent = [name for name in ("features", "head") if getattr(type(model), name, None) is getattr(FeatureModel, name)]
+        raise InputError(f"{own}: still to be written: {', '.join(absent) or 'forward'}") from error
     except Exception as error:
         raise InputError(
             f"{own} fails with {in_brief(error)} on {len(x)} rows of {', '.join(model.inputs)}, torch.float64; weights as well?"
