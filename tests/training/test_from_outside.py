@@ -16,7 +16,19 @@ from zoo.measurements.run import Run
 from zoo.models.base import Model
 from zoo.models.bp import BP
 from zoo.models.checks import check_model
+from zoo.models.standardised import StandardisedModel
 from zoo.training.run import train
+
+
+class Bell(StandardisedModel):
+    """All that a model of named features needs."""
+
+    def __init__(self) -> None:
+        super().__init__(["temperature", "temperature_rate"])
+        self.line = nn.Linear(2, 1, dtype=torch.float64)
+
+    def head(self, features: Tensor) -> Tensor:
+        return self.scaler.restore(torch.exp(-self.line(self.scaler(features)).square()).squeeze(-1))
 
 
 class Richer(BP):
@@ -75,7 +87,7 @@ class MeanFit:
         model.weight = torch.full((model.wide,), 0.1, dtype=torch.float64)
 
 
-@pytest.mark.parametrize(("model", "optimizer"), [(Richer, partial(torch.optim.Adam, lr=0.01)), (Steps, "pso")])
+@pytest.mark.parametrize(("model", "optimizer"), [(Bell, "levenberg_marquardt"), (Richer, partial(torch.optim.Adam, lr=0.01)), (Steps, "pso")])
 def test_what_is_right_is_trained(make_run, tmp_path, model, optimizer) -> None:
     chosen = build("optimizer", optimizer) if isinstance(optimizer, str) else optimizer
     metrics = train(model(), [make_run()], [make_run("check")], optimizer=chosen, epochs=3, out=tmp_path)

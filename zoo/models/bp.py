@@ -5,13 +5,12 @@ from typing import Any, ClassVar
 from torch import Tensor, cat, float64, nn, ones_like, sigmoid
 
 from zoo.given import check_number
-from zoo.models.base import FeatureModel
-from zoo.models.features import Features
-from zoo.models.scaler import Scaler, neurons
+from zoo.models.scaler import neurons
+from zoo.models.standardised import StandardisedModel
 from zoo.physics.differentiator import SMOOTHING_S
 
 
-class BP(FeatureModel):
+class BP(StandardisedModel):
     """Three layers: features, tanh nodes, one linear output; both ends standardised.
 
     Source: qiu2023, which takes 3 to 12 hidden nodes from N = sqrt(m + n) + a and chooses 9.
@@ -20,18 +19,10 @@ class BP(FeatureModel):
     linear_in: ClassVar[tuple[str, ...]] = ("output.weight", "output.bias")
 
     def __init__(self, features: list[str], hidden: int = 9, smoothing_s: float = SMOOTHING_S) -> None:
-        super().__init__()
+        super().__init__(features, smoothing_s)
         check_number("model.hidden", hidden, 1, whole=True)
-        self.extract = Features(features, smoothing_s)
-        self.inputs = self.extract.inputs
-        self.scaler = Scaler(len(features))
         self.hidden = nn.Linear(len(features), hidden, dtype=float64)
         self.output = nn.Linear(hidden, 1, dtype=float64)
-
-    def features(self, x: Tensor) -> Tensor:
-        """See `FeatureModel.features`."""
-        features: Tensor = self.extract(x)
-        return features
 
     def head(self, features: Tensor) -> Tensor:
         """See `FeatureModel.head`."""
@@ -44,10 +35,6 @@ class BP(FeatureModel):
         weight = self.output.weight
         constant = self.scaler.restore(self.output.bias - weight.sum(-1)).unsqueeze(-1)
         return (2 * self.scaler.error_scale * weight @ nodes + constant).reshape(features.shape[:-1])
-
-    def standardise(self, features: Tensor, error: Tensor) -> None:
-        """See `FeatureModel.standardise`."""
-        self.scaler.fit(features, error)
 
     def formula(self) -> dict[str, Any]:
         """The network with both scalings in its weights.

@@ -6,9 +6,7 @@ import torch
 from torch import Tensor
 from torch.jit import is_scripting  # type: ignore[attr-defined]
 
-from zoo.models.base import FeatureModel
-from zoo.models.features import Features
-from zoo.models.scaler import Scaler
+from zoo.models.standardised import StandardisedModel
 from zoo.physics.differentiator import SMOOTHING_S
 
 VALUES_AT_ONCE = 2_000_000
@@ -17,7 +15,7 @@ FITTED = ("support", "weight")
 """Buffers whose size the fit decides."""
 
 
-class LsSvm(FeatureModel):
+class LsSvm(StandardisedModel):
     """y = Σ_i α_i k(x, x_i) + b with k(x, x_i) = exp(−‖(x − x_i)/σ‖²), in standardised features and error.
 
     Source: Suykens & Vandewalle 1999, Neural Processing Letters 9:293, eqs. 12–18; here with a width σ for each feature. Far from all support
@@ -39,20 +37,12 @@ class LsSvm(FeatureModel):
     width: Tensor
 
     def __init__(self, features: list[str], smoothing_s: float = SMOOTHING_S) -> None:
-        super().__init__()
-        self.extract = Features(features, smoothing_s)
-        self.inputs = self.extract.inputs
-        self.scaler = Scaler(len(features))
+        super().__init__(features, smoothing_s)
         self.values_at_once = VALUES_AT_ONCE
         self.register_buffer("support", torch.zeros(0, len(features), dtype=torch.float64))
         self.register_buffer("weight", torch.zeros(0, dtype=torch.float64))
         self.register_buffer("bias", torch.zeros((), dtype=torch.float64))
         self.register_buffer("width", torch.ones(len(features), dtype=torch.float64))
-
-    def features(self, x: Tensor) -> Tensor:
-        """See `FeatureModel.features`."""
-        features: Tensor = self.extract(x)
-        return features
 
     def head(self, features: Tensor) -> Tensor:
         """See `FeatureModel.head`; rows are taken some at a time."""
@@ -66,10 +56,6 @@ class LsSvm(FeatureModel):
                 return gaussians(points, support) @ self.weight  # an exported graph for any number of rows has no loop over them
         size = max(self.values_at_once // max(support.shape[0], 1), 1)
         return torch.cat([gaussians(part, support) @ self.weight for part in points.split(size)])
-
-    def standardise(self, features: Tensor, error: Tensor) -> None:
-        """See `FeatureModel.standardise`."""
-        self.scaler.fit(features, error)
 
     def assign(self, support: Tensor, weight: Tensor, bias: Tensor, width: Tensor) -> None:
         """Take over a solution: support points (S, F), weights (S,), bias (), widths (F,)."""

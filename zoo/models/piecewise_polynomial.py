@@ -9,18 +9,17 @@ from torch import Tensor, nn
 
 from zoo.errors import InputError
 from zoo.given import check_number, check_switch
-from zoo.models.base import FeatureModel
-from zoo.models.features import RATE, Features
+from zoo.models.features import RATE
 from zoo.models.powers import check_orders, expanded, powers
-from zoo.models.scaler import Scaler
 from zoo.models.segmentation import best_edges
+from zoo.models.standardised import StandardisedModel
 from zoo.physics.differentiator import SMOOTHING_S
 
 LEAST_PER_COEFFICIENT = 2
 """Samples for each coefficient of a segment that is looked for: with as many as coefficients it would follow any noise; engineering prior."""
 
 
-class PiecewisePolynomial(FeatureModel):
+class PiecewisePolynomial(StandardisedModel):
     """In segment s of the first feature u: y = c_s + Σ_k w_sk·z_s^k + Σ over the other features f and powers p of r_sfp·f^p.
 
     z_s is u from −1 to 1 over the segment. By default temperature and its rate to order 4 in five segments (tong2019, eq. 6); with the temperature
@@ -60,30 +59,22 @@ class PiecewisePolynomial(FeatureModel):
         continuous: bool = False,
         smoothing_s: float = SMOOTHING_S,
     ) -> None:
-        super().__init__()
+        super().__init__(features, smoothing_s)
         check_orders(order, rate_order)
         check_switch("model.continuous", continuous)
         if edges is None:
             check_number("model.segments", segments, 1, whole=True)
-        self.extract = Features(features, smoothing_s)
-        self.inputs = self.extract.inputs
         first, *rest = [rate_order if name.endswith(RATE) else order for name in features]
         self.order, self.orders, self.continuous = first, rest, continuous
         self.given = edges is not None
         inner = torch.linspace(-1, 1, segments + 1, dtype=torch.float64)[1:-1] if edges is None else _checked(edges)
         self.register_buffer("edges", inner)
         self.register_buffer("ends", torch.cat([inner[:1] - 1, inner, inner[-1:] + 1]) if len(inner) else torch.tensor([-1.0, 1.0]).double())
-        self.scaler = Scaler(len(features))
         count = len(inner) + 1
         own = 1 if continuous else count
         self.constant = nn.Parameter(torch.zeros(own, dtype=torch.float64))
         self.own = nn.Parameter(torch.zeros(count, first, dtype=torch.float64))
         self.rest = nn.Parameter(torch.zeros(own, sum(rest), dtype=torch.float64))
-
-    def features(self, x: Tensor) -> Tensor:
-        """See `FeatureModel.features`."""
-        features: Tensor = self.extract(x)
-        return features
 
     def head(self, features: Tensor) -> Tensor:
         """See `FeatureModel.head`."""
@@ -136,7 +127,7 @@ class PiecewisePolynomial(FeatureModel):
         Raises:
             InputError: a segment has fewer samples than coefficients of its own, or so many segments cannot be made.
         """
-        self.scaler.fit(features, error)
+        super().standardise(features, error)
         place = features[:, 0]
         if not self.given:
             self.edges.copy_(self._found(features, error))

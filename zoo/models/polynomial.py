@@ -5,14 +5,13 @@ from typing import Any, ClassVar
 import torch
 from torch import Tensor, nn
 
-from zoo.models.base import FeatureModel
-from zoo.models.features import RATE, Features
+from zoo.models.features import RATE
 from zoo.models.powers import check_orders, expanded, powers
-from zoo.models.scaler import Scaler
+from zoo.models.standardised import StandardisedModel
 from zoo.physics.differentiator import SMOOTHING_S
 
 
-class Polynomial(FeatureModel):
+class Polynomial(StandardisedModel):
     """y = k + sum over features u and powers p of k_up · u^p, without mixed terms.
 
     As it stands by default: y = k1 + k2·T + k3·dT/dt (qiu2023, eq. 7). Order 4 in both is tong2019, eq. 6.
@@ -28,28 +27,16 @@ class Polynomial(FeatureModel):
     linear_in: ClassVar[tuple[str, ...]] = ("weight",)
 
     def __init__(self, features: list[str], order: int = 1, rate_order: int = 1, smoothing_s: float = SMOOTHING_S) -> None:
-        super().__init__()
+        super().__init__(features, smoothing_s)
         check_orders(order, rate_order)
-        self.extract = Features(features, smoothing_s)
-        self.inputs = self.extract.inputs
         self.orders = [rate_order if name.endswith(RATE) else order for name in features]
-        self.scaler = Scaler(len(features))
         self.weight = nn.Parameter(torch.zeros(1 + sum(self.orders), dtype=torch.float64))
-
-    def features(self, x: Tensor) -> Tensor:
-        """See `FeatureModel.features`."""
-        features: Tensor = self.extract(x)
-        return features
 
     def head(self, features: Tensor) -> Tensor:
         """See `FeatureModel.head`."""
         standardised = self.scaler(features)
         columns = torch.cat([torch.ones_like(standardised[..., :1]), powers(standardised, self.orders)], dim=-1)
         return self.scaler.restore(columns @ self.weight)
-
-    def standardise(self, features: Tensor, error: Tensor) -> None:
-        """See `FeatureModel.standardise`."""
-        self.scaler.fit(features, error)
 
     def formula(self) -> dict[str, Any]:
         """``{"equation": …, "coefficients": {"1": k1, "temperature": k2, "temperature_rate": k3, …}}``, powers as ``temperature^2``.

@@ -7,9 +7,7 @@ from torch import Generator, Tensor, nn
 from torch.nn.functional import softplus
 
 from zoo.given import check_number
-from zoo.models.base import FeatureModel
-from zoo.models.features import Features
-from zoo.models.scaler import Scaler
+from zoo.models.standardised import StandardisedModel
 from zoo.physics.differentiator import SMOOTHING_S
 
 NARROWEST = 1e-3
@@ -18,7 +16,7 @@ REACH = 3**0.5
 """Standardised features that are spread evenly lie within ± this."""
 
 
-class TakagiSugeno(FeatureModel):
+class TakagiSugeno(StandardisedModel):
     """y = Σ_j β_j(x)·(a_j0 + Σ_i a_ji·x_i),  β_j = μ_j / Σ_k μ_k,  μ_j = Π_i exp(−(x_i − c_ji)²/(2σ_ji²)).
 
     Source: Takagi & Sugeno 1985 (IEEE Trans. SMC 15:116); with Gaussian memberships and 4 rules for a fibre-optic gyro in liu2010. The shares
@@ -35,30 +33,18 @@ class TakagiSugeno(FeatureModel):
     linear_in: ClassVar[tuple[str, ...]] = ("consequent",)
 
     def __init__(self, features: list[str], rules: int = 4, smoothing_s: float = SMOOTHING_S) -> None:
-        super().__init__()
+        super().__init__(features, smoothing_s)
         check_number("model.rules", rules, 1, whole=True)
-        self.extract = Features(features, smoothing_s)
-        self.inputs = self.extract.inputs
-        self.scaler = Scaler(len(features))
         self.centre = nn.Parameter(torch.zeros(rules, len(features), dtype=torch.float64))
         self.narrowest = NARROWEST
         self.free_width = nn.Parameter(torch.zeros(rules, len(features), dtype=torch.float64))
         self.consequent = nn.Parameter(torch.zeros(rules, 1 + len(features), dtype=torch.float64))
-
-    def features(self, x: Tensor) -> Tensor:
-        """See `FeatureModel.features`."""
-        features: Tensor = self.extract(x)
-        return features
 
     def head(self, features: Tensor) -> Tensor:
         """See `FeatureModel.head`."""
         standardised = self.scaler(features)
         planes = self.consequent[:, 0] + standardised @ self.consequent[:, 1:].t()
         return self.scaler.restore((self._shares(standardised) * planes).sum(dim=-1))
-
-    def standardise(self, features: Tensor, error: Tensor) -> None:
-        """See `FeatureModel.standardise`."""
-        self.scaler.fit(features, error)
 
     def columns(self, features: Tensor) -> Tensor:
         """(..., F) features -> (..., R·(1+F)) what multiplies each of `consequent`, in its order, in the standardised error."""

@@ -7,9 +7,8 @@ import torch
 from torch import Generator, Tensor, cos, exp, float64, nn
 
 from zoo.given import check_number, check_switch
-from zoo.models.base import FeatureModel
-from zoo.models.features import Features
-from zoo.models.scaler import Scaler, neurons
+from zoo.models.scaler import neurons
+from zoo.models.standardised import StandardisedModel
 from zoo.physics.differentiator import SMOOTHING_S
 
 FREQUENCY = 1.75
@@ -70,7 +69,7 @@ def _spread(neurons: int, place: Tensor) -> Tensor:
     return _spacing(neurons) * (torch.arange(neurons, dtype=float64, device=place.device) + place) - REACH
 
 
-class Wavelet(FeatureModel):
+class Wavelet(StandardisedModel):
     """y = Σ_j v_j·ψ((w_j·x − b_j)/a_j), or with `linear` + c + l·x; inputs and output standardised.
 
     Source: hui2016, whose network has no linear part; how many neurons is not given.
@@ -79,20 +78,12 @@ class Wavelet(FeatureModel):
     linear_in: ClassVar[tuple[str, ...]] = ("output.weight", "linear.weight", "linear.bias")
 
     def __init__(self, features: list[str], hidden: int = 9, linear: bool = False, smoothing_s: float = SMOOTHING_S) -> None:
-        super().__init__()
+        super().__init__(features, smoothing_s)
         check_number("model.hidden", hidden, 1, MOST, whole=True)
         check_switch("model.linear", linear)
-        self.extract = Features(features, smoothing_s)
-        self.inputs = self.extract.inputs
-        self.scaler = Scaler(len(features))
         self.hidden = Morlet(len(features), hidden)
         self.output = nn.Linear(hidden, 1, bias=False, dtype=float64)
         self.linear = nn.Linear(len(features), 1, dtype=float64) if linear else None
-
-    def features(self, x: Tensor) -> Tensor:
-        """See `FeatureModel.features`."""
-        features: Tensor = self.extract(x)
-        return features
 
     def head(self, features: Tensor) -> Tensor:
         """See `FeatureModel.head`."""
@@ -101,10 +92,6 @@ class Wavelet(FeatureModel):
         if self.linear is not None:
             value = value + self.linear(x)
         return self.scaler.restore(value.squeeze(-1))
-
-    def standardise(self, features: Tensor, error: Tensor) -> None:
-        """See `FeatureModel.standardise`."""
-        self.scaler.fit(features, error)
 
     def formula(self) -> dict[str, Any]:
         """The network with both scalings, translations and dilations in its weights.
