@@ -15,7 +15,7 @@ class Polynomial(StandardisedModel):
     """y = k + sum over features u and powers p of k_up · u^p, without mixed terms.
 
     As it stands by default: y = k1 + k2·T + k3·dT/dt (qiu2023, eq. 7). Order 4 in both is tong2019, eq. 6.
-    The weights belong to standardised features, whose powers are far less alike than those of degrees Celsius; `coefficients` gives physical ones.
+    The weights belong to standardised features, whose powers are far less alike than those of degrees Celsius; `formula` gives physical ones.
 
     Attributes:
         fitted_by: the optimizer that `train` takes unless told otherwise.
