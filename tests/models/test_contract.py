@@ -17,9 +17,10 @@ from zoo.measurements.run import Run
 from zoo.models.base import FeatureModel, Model
 from zoo.training.files import CHECKPOINT
 from zoo.training.module import Training
+from zoo.training.population import Population
 from zoo.training.random_init import RandomInit
 from zoo.training.run import train
-from zoo.training.weights import population_outputs, reset, set_weights, weight_vector
+from zoo.training.weights import reset, set_weights, weight_vector
 
 COLUMNS = ["time_s", "temperature_c", "temperature_outer_c", "reference_dph"]
 """What a model whose YAML says `inputs: null` is put together from."""
@@ -232,7 +233,7 @@ def test_many_weights_at_once_are_each_by_itself(feature_model, raw) -> None:
     features = feature_model.features(raw(feature_model.inputs))
     here = weight_vector(feature_model)
     several = here + 0.3 * torch.randn(4, len(here), generator=Generator().manual_seed(1), dtype=torch.float64)
-    together = population_outputs(feature_model, several, features)
+    together = Population(feature_model, features).outputs(several)
     for weights, outputs in zip(several, together, strict=True):
         set_weights(feature_model, weights)
         torch.testing.assert_close(feature_model.head(features).detach(), outputs)

@@ -13,7 +13,8 @@ from zoo.models.piecewise_polynomial import PiecewisePolynomial
 from zoo.models.polynomial import Polynomial
 from zoo.models.segmentation import best_edges
 from zoo.training.least_squares import solve
-from zoo.training.weights import population_outputs, reset, set_weights, weight_vector
+from zoo.training.population import Population
+from zoo.training.weights import reset, set_weights, weight_vector
 
 BOTH = ["temperature", "temperature_rate"]
 EDGES = [0.0, 15.0, 30.0, 37.0]
@@ -29,9 +30,8 @@ def features(samples: int = 800, seed: int = 1, low: float = -15.0, high: float 
 def fitted(model: PiecewisePolynomial | Polynomial, given: Tensor, error: Tensor) -> PiecewisePolynomial | Polynomial:
     """By least squares, as `LeastSquares` does it for runs."""
     model.standardise(given, error)
-    unit = torch.eye(len(weight_vector(model)), dtype=torch.float64)
-    offset = population_outputs(model, 0 * unit[:1], given)[0]
-    set_weights(model, solve((population_outputs(model, unit, given) - offset).T, error - offset))
+    offset, columns = Population(model, given).affine()
+    set_weights(model, solve(columns.T, error - offset))
     return model
 
 
@@ -218,7 +218,7 @@ def test_the_weights_of_a_part_change_what_its_samples_see_and_nothing_else() ->
         for group, own in enumerate(places):
             weights = torch.zeros(2, len(weight_vector(model)), dtype=torch.float64)
             weights[1, own] = torch.randn(len(own), generator=chance, dtype=torch.float64)
-            changed = population_outputs(model, weights, given).diff(dim=0)[0] != 0
+            changed = Population(model, given).outputs(weights).diff(dim=0)[0] != 0
             assert bool(changed[part == group].any())
             assert not bool(changed[part != group].any())
     assert len(PiecewisePolynomial(BOTH, EDGES).parts(given)[0]) == len(EDGES) + 1

@@ -11,7 +11,8 @@ from torch import Generator, Tensor
 from zoo.catalog import build
 from zoo.errors import InputError
 from zoo.models.takagi_sugeno import NARROWEST, TakagiSugeno
-from zoo.training.weights import population_outputs, reset, set_weights, weight_vector
+from zoo.training.population import Population
+from zoo.training.weights import reset, set_weights, weight_vector
 
 
 def drawn(rules: int = 4, seed: int = 3) -> TakagiSugeno:
@@ -107,7 +108,7 @@ def test_a_drawn_model_depends_on_the_generator_alone_and_uses_all_its_rules() -
 def test_a_population_is_evaluated_as_its_members_one_by_one() -> None:
     model, features = drawn(), inputs(30)
     weights = weight_vector(model) + torch.randn(5, len(weight_vector(model)), generator=Generator().manual_seed(1), dtype=torch.float64)
-    for row, expected in zip(weights, population_outputs(model, weights, features), strict=True):
+    for row, expected in zip(weights, Population(model, features).outputs(weights), strict=True):
         set_weights(model, row)
         torch.testing.assert_close(model.head(features).detach(), expected)
 

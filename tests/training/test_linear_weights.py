@@ -6,8 +6,8 @@ from torch import Generator, Tensor
 from zoo.models.bp import BP
 from zoo.models.wavelet import Wavelet
 from zoo.training.linear_weights import LinearWeights
+from zoo.training.population import Population
 from zoo.training.problem import Problem
-from zoo.training.weights import population_outputs
 
 FEATURES = ["temperature", "temperature_rate"]
 
@@ -28,10 +28,9 @@ def test_they_are_those_of_least_squares(make_run) -> None:
         assert torch.equal(found[:, kept], weights[:, kept])
         for one, loss in zip(weights, losses, strict=True):
             unit = torch.eye(problem.size, dtype=torch.float64)[index]
-            columns = population_outputs(problem.model, one + unit, problem.features) - population_outputs(
-                problem.model, one.unsqueeze(0), problem.features
-            )
-            target = problem.error - population_outputs(problem.model, one.unsqueeze(0), problem.features)[0]
+            population = Population(problem.model, problem.features)
+            here = population.outputs(one.unsqueeze(0))
+            columns, target = population.outputs(one + unit) - here, problem.error - here[0]
             best = torch.linalg.lstsq(columns.mT, target.unsqueeze(-1), driver="gelsd").solution
             left = (target - (best.mT @ columns)[0]).square().mean() / problem.scale**2
             torch.testing.assert_close(loss, left, rtol=1e-9, atol=0)

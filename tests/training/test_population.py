@@ -8,7 +8,7 @@ from zoo.models.base import FeatureModel
 from zoo.models.bp import BP
 from zoo.training import population as module
 from zoo.training.population import Population
-from zoo.training.weights import population_outputs, set_weights, weight_vector
+from zoo.training.weights import set_weights, weight_vector
 
 
 class Odd(FeatureModel):
@@ -46,7 +46,6 @@ def test_many_weights_at_once_are_each_of_them_alone(make, at_once, monkeypatch)
     population = Population(model, features)
     for _ in range(3):  # as it is, recorded, played
         torch.testing.assert_close(population.outputs(weights), torch.stack(expected), rtol=1e-13, atol=1e-13)
-    torch.testing.assert_close(population_outputs(model, weights, features), torch.stack(expected), rtol=1e-13, atol=1e-13)
     torch.testing.assert_close(population.costs(weights, lambda some: some.square().mean(-1)), torch.stack(expected).square().mean(-1))
     torch.testing.assert_close(weight_vector(model), weights[-1], rtol=0, atol=0)
 
@@ -56,9 +55,8 @@ def test_other_weights_are_played_from_the_same_tape() -> None:
     features, weights = sample(model, 5, 40)
     population = Population(model, features)
     for factor in (1.0, 0.5, -2.0, 0.0):
-        torch.testing.assert_close(
-            population.outputs(factor * weights), population_outputs(model, factor * weights, features), rtol=1e-13, atol=1e-13
-        )
+        expected = Population(model, features).outputs(factor * weights)
+        torch.testing.assert_close(population.outputs(factor * weights), expected, rtol=1e-13, atol=1e-13)
 
 
 @pytest.mark.parametrize("at_once", [(16, 2048), (3, 7)])
@@ -67,7 +65,7 @@ def test_what_a_cost_gets_is_its_own_to_change_and_what_it_gives_is_kept(at_once
     model = Odd()
     features, weights = sample(model, 11, 17)
     population = Population(model, features)
-    expected = population_outputs(model, weights, features)
+    expected = Population(model, features).outputs(weights)
     for _ in range(3):
         torch.testing.assert_close(population.costs(weights, lambda some: some.neg_()), -expected, rtol=1e-13, atol=1e-13)
         first = population.costs(weights, lambda some: some[:, :1])

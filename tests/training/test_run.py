@@ -19,10 +19,11 @@ from zoo.swarm import pso
 from zoo.training.files import CHECKPOINT
 from zoo.training.least_squares import LeastSquares
 from zoo.training.module import Training
+from zoo.training.population import Population
 from zoo.training.random_init import RandomInit
 from zoo.training.run import train
 from zoo.training.swarm_init import SwarmInit
-from zoo.training.weights import population_outputs, reset, set_weights, weight_vector
+from zoo.training.weights import reset, set_weights, weight_vector
 
 FEATURES = ["temperature", "temperature_rate"]
 ADAM = partial(torch.optim.Adam, lr=0.02)
@@ -237,7 +238,7 @@ def test_a_population_is_evaluated_as_its_members_one_by_one(make_run) -> None:
     features = block_features(model, run)
     model.standardise(features, run.block_mean(run.error))
     weights = torch.randn(7, len(weight_vector(model)), generator=torch.Generator().manual_seed(1), dtype=torch.float64)
-    together = population_outputs(model, weights, features)
+    together = Population(model, features).outputs(weights)
     for row, expected in zip(weights, together, strict=True):
         set_weights(model, row)
         torch.testing.assert_close(model.head(features), expected)

@@ -19,12 +19,13 @@ from zoo.training.files import CHECKPOINT
 from zoo.training.least_squares import LeastSquares
 from zoo.training.levenberg_marquardt import LevenbergMarquardt
 from zoo.training.members import read_members
+from zoo.training.population import Population
 from zoo.training.problem import Problem
 from zoo.training.random_init import RandomInit
 from zoo.training.run import train
 from zoo.training.swarm_fit import SwarmFit
 from zoo.training.swarm_init import SwarmInit
-from zoo.training.weights import population_outputs, weight_vector
+from zoo.training.weights import weight_vector
 
 FEATURES = ["temperature", "temperature_rate"]
 METHODS = {
@@ -132,7 +133,7 @@ def test_losses_of_parts_add_up_to_the_loss(make_run, monkeypatch) -> None:
     torch.testing.assert_close(problem.losses_of_parts(grouped).sum(-2), problem.losses(weights), rtol=1e-12, atol=0)
     assert torch.equal(whole_blocks.losses_of_parts(grouped), problem.losses_of_parts(grouped))
     whole, predicted = problem.losses_of_parts(grouped), problem.population.outputs(weights[0])
-    torch.testing.assert_close(predicted, population_outputs(model, weights[0], problem.features), rtol=1e-9, atol=1e-9)
+    torch.testing.assert_close(predicted, Population(model, problem.features).outputs(weights[0]), rtol=1e-9, atol=1e-9)
     monkeypatch.setattr(problems, "ROWS_OF_COLUMNS", 31)
     torch.testing.assert_close(problem.losses_of_parts(grouped), whole, rtol=1e-12, atol=0)
 

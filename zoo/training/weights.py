@@ -12,9 +12,7 @@ from torch.func import functional_call, vmap
 
 from zoo.errors import InputError
 from zoo.models.base import FeatureModel
-from zoo.training.population import Population
 
-VALUES_AT_ONCE = 4_000_000
 ROWS_OF_COLUMNS = 8192
 """Samples, of one member or several, whose derivatives are computed at once: those of a small net stay in a core's cache."""
 
@@ -94,22 +92,8 @@ def set_weights(model: nn.Module, vector: Tensor) -> None:
             parameter.copy_(piece.view_as(parameter))
 
 
-def population_outputs(model: FeatureModel, weights: Tensor, features: Tensor) -> Tensor:
-    """One model with many weights, in one batched pass.
-
-    Args:
-        model: lends its structure and its buffers.
-        weights: (P, D) as `weight_vector` orders them.
-        features: (M, F).
-
-    Returns:
-        (P, M) predicted errors [output's unit].
-    """
-    return Population(model, features).outputs(weights)
-
-
 def member_outputs(model: FeatureModel, weights: Tensor, features: Tensor) -> Tensor:
-    """The same with gradients, and with features (M, F) for all or (P, M, F) for each: (P, D) weights -> (P, M) predicted errors."""
+    """One model with many weights, with gradients: (P, D) weights, features (M, F) for all or (P, M, F) for each -> (P, M) predicted errors."""
 
     def outputs(vector: Tensor, own: Tensor) -> Tensor:
         return _outputs_of(model, own)(vector)
