@@ -7,11 +7,12 @@ from collections.abc import Sequence
 from typing import Any
 
 import torch
-from torch import Tensor, nn
-from torch.func import functional_call, jvp, vmap
+from torch import Tensor
+from torch.func import jvp, vmap
 
 from zoo.measurements.run import Run
 from zoo.models.base import FeatureModel, Model
+from zoo.models.head import Head, weights_of
 from zoo.models.prediction import raw_columns
 
 WEAKEST = 1e-3
@@ -46,7 +47,7 @@ class Tangent:
             InputError: a run lacks a column that the model takes.
         """
         self.model = copy.deepcopy(model).cpu().eval()
-        self.weights = [_vector(one).cpu() for one in (self.model, *also)]
+        self.weights = [weights_of(one).cpu() for one in (self.model, *also)]
         self._known: dict[tuple[int, int], tuple[Tensor, Tensor]] = {}
         every = torch.eye(sum(len(one) for one in self.weights) + len(also), dtype=torch.float64)
         parts = [run.to("cpu") for run in runs]
@@ -101,50 +102,24 @@ class Tangent:
     @torch.no_grad()
     def _moved(self, table: Tensor, directions: Tensor) -> Tensor:
         """(T, K) change of the prediction along each direction (M, K)."""
-        head = _Head(self.model)
+        head = Head(self.model)
         given = self.model.features(table) if isinstance(self.model, FeatureModel) else table
         size = len(self.weights[0])
         moved = _derivative(head, given, self.weights[0], directions[:size])
         for k, weights in enumerate(self.weights[1:]):
             own = directions[size + k * (size + 1) :][: size + 1]
-            there = _output(head, given, weights).unsqueeze(1)
+            there = head.outputs(weights, given).unsqueeze(1)
             moved = moved + there * own[0] + _derivative(head, given, weights, own[1:])
         return moved
 
 
-class _Head(nn.Module):
-    """The part of a model that its weights are in: a map of features is not asked for its features again."""
-
-    def __init__(self, model: Model) -> None:
-        super().__init__()
-        self.model = model
-
-    def forward(self, given: Tensor) -> Tensor:
-        output: Tensor = self.model.head(given) if isinstance(self.model, FeatureModel) else self.model(given)
-        return output
-
-
-def _vector(model: nn.Module) -> Tensor:
-    weights = [parameter.detach().flatten() for parameter in model.parameters()]
-    return torch.cat(weights) if weights else torch.zeros(0, dtype=torch.float64)
-
-
-def _output(head: _Head, given: Tensor, weights: Tensor) -> Tensor:
-    """(T,) what the model predicts with a vector (D,) of weights."""
-    shapes = {name: parameter.shape for name, parameter in head.named_parameters()}
-    pieces = weights.split([shape.numel() for shape in shapes.values()])
-    named = {name: piece.view(shape) for (name, shape), piece in zip(shapes.items(), pieces, strict=True)}
-    output: Tensor = functional_call(head, named, (given,))
-    return output
-
-
-def _derivative(head: _Head, given: Tensor, weights: Tensor, directions: Tensor) -> Tensor:
+def _derivative(head: Head, given: Tensor, weights: Tensor, directions: Tensor) -> Tensor:
     """(T, K) derivative of the prediction along each direction (D, K) of the weights."""
     if not directions.numel():
         return given.new_zeros(len(given), directions.shape[1])
 
     def one(direction: Tensor) -> Tensor:
-        change: Tensor = jvp(lambda vector: _output(head, given, vector), (weights,), (direction,))[1]
+        change: Tensor = jvp(lambda vector: head.outputs(vector, given), (weights,), (direction,))[1]
         return change
 
     size = max(VALUES_AT_ONCE // max(given.numel(), 1), 1)

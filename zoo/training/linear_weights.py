@@ -9,8 +9,8 @@ from torch import Tensor
 from torch.func import functional_call, jvp, vmap
 
 from zoo.models.base import FeatureModel
+from zoo.models.head import Head, as_parameters
 from zoo.training.tape import Recorded
-from zoo.training.weights import Head
 
 RIDGE = 1e-12
 """Over the mean square of the columns: nodes of a network may be alike, or always one."""
@@ -32,27 +32,26 @@ class LinearWeights:
             model: lends its structure and its buffers.
         """
         self.head = Head(model)
-        self.shapes = {name: parameter.shape for name, parameter in self.head.named_parameters()}
-        self.names = [name for name in self.shapes if name in {self.head.prefix + one for one in model.linear_in}]
-        places = torch.arange(sum(shape.numel() for shape in self.shapes.values())).split([shape.numel() for shape in self.shapes.values()])
-        self.index = torch.cat([places[0][:0], *(place for name, place in zip(self.shapes, places, strict=True) if name in self.names)])
+        linear = {self.head.prefix + name for name in model.linear_in}
+        self.shapes = {name: shape for name, shape in self.head.shapes.items() if name in linear}
+        every = torch.arange(self.head.size)
+        places = as_parameters(every, self.head.shapes)
+        self.index = torch.cat([every[:0], *(places[name].flatten() for name in self.shapes)])
         self.columns = Recorded(vmap(self._columns, in_dims=(0, None)))
         """(E, D) weights and (M, F) features -> (E, M) outputs and (E, K, M) what multiplies each linear weight, both in the output's unit."""
 
     def _columns(self, weights: Tensor, features: Tensor) -> tuple[Tensor, Tensor]:
-        pieces = weights.split([shape.numel() for shape in self.shapes.values()])
-        named = {name: piece.view(shape) for (name, shape), piece in zip(self.shapes.items(), pieces, strict=True)}
+        parameters = as_parameters(weights, self.head.shapes)
 
         def outputs(linear: dict[str, Tensor]) -> Tensor:
-            found: Tensor = functional_call(self.head, named | linear, (features,))
+            found: Tensor = functional_call(self.head, parameters | linear, (features,))
             return found
 
-        here = {name: named[name] for name in self.names}
+        here = {name: parameters[name] for name in self.shapes}
         if not here:
             plain = outputs(here)
             return plain, plain.new_empty(0, len(plain))
-        units = torch.eye(len(self.index), dtype=weights.dtype, device=weights.device).split([one.numel() for one in here.values()], dim=-1)
-        ways = {name: unit.view(len(self.index), *one.shape) for (name, one), unit in zip(here.items(), units, strict=True)}
+        ways = as_parameters(torch.eye(len(self.index), dtype=weights.dtype, device=weights.device), self.shapes)
         # One evaluation of what is not linear serves all columns, as it does not depend on the way.
         both: Any = vmap(lambda way: jvp(outputs, (here,), (way,)))(ways)
         return both[0][0], both[1]

@@ -12,6 +12,7 @@ from torch.func import vmap
 from torch.overrides import TorchFunctionMode
 
 from zoo.models.base import FeatureModel
+from zoo.models.head import Head
 from zoo.training.tape import Recorded
 
 AT_ONCE = {"cpu": (10, 2048), "cuda": (256, 16_384)}
@@ -49,11 +50,9 @@ class Population:
             model: lends its structure and its buffers.
             features: (M, F), for which `FeatureModel.head` gives one output a row.
         """
-        self.model = model
+        self.head = Head(model)
         rows, self.particles = parts_of(features, len(features))
         self.parts = features.split(rows)
-        self.shapes = {id(parameter): (parameter.shape, parameter.numel()) for parameter in model.parameters()}
-        self.places = [(module, name, value) for module in model.modules() for name, value in module._parameters.items() if value is not None]
         self.passes = Recorded(self._whole)
 
     def outputs(self, weights: Tensor) -> Tensor:
@@ -62,8 +61,7 @@ class Population:
 
     def affine(self) -> tuple[Tensor, Tensor]:
         """Of a model that is linear in all its D weights: (M,) output without weights and (D, M) what each weight adds."""
-        size = sum(count for _, count in self.shapes.values())
-        like = self.parts[0]
+        size, like = self.head.size, self.parts[0]
         outputs = self.outputs(torch.eye(size + 1, size, dtype=like.dtype, device=like.device).roll(1, dims=0))
         return outputs[0], outputs[1:] - outputs[0]
 
@@ -96,20 +94,8 @@ class Population:
 
     def _batched(self, weights: Tensor, features: Tensor) -> Tensor:
         with nullcontext() if weights.is_cuda else _Faster():
-            outputs: Tensor = vmap(self._single, in_dims=(0, None))(weights, features)
+            outputs: Tensor = vmap(self.head.outputs, in_dims=(0, None))(weights, features)
         return outputs
-
-    def _single(self, weights: Tensor, features: Tensor) -> Tensor:
-        """(D,) weights and (m, F) features -> (m,)."""
-        pieces = weights.split([size for _, size in self.shapes.values()])
-        lent = {key: piece.view(shape) for (key, (shape, _)), piece in zip(self.shapes.items(), pieces, strict=True)}
-        try:
-            for module, name, own in self.places:
-                module._parameters[name] = lent[id(own)]
-            return self.model.head(features)
-        finally:
-            for module, name, own in self.places:
-                module._parameters[name] = own
 
 
 def parts_of(features: Tensor, samples: int) -> tuple[int, int]:

@@ -8,10 +8,11 @@ from collections.abc import Callable
 
 import torch
 from torch import Generator, Tensor, nn
-from torch.func import functional_call, vmap
+from torch.func import vmap
 
 from zoo.errors import InputError
 from zoo.models.base import FeatureModel
+from zoo.models.head import Head, as_parameters, weights_of
 
 ROWS_OF_COLUMNS = 8192
 """Samples, of one member or several, whose derivatives are computed at once: those of a small net stay in a core's cache."""
@@ -56,49 +57,30 @@ def check_drawn(model: nn.Module) -> None:
         )
 
 
-class Head(nn.Module):
-    """A model's head as a module's forward, whose parameters alone torch.func.functional_call swaps."""
-
-    prefix = "model."
-    """Before the names that the model's parameters have of their own."""
-
-    def __init__(self, model: FeatureModel) -> None:
-        """Wrap one."""
-        super().__init__()
-        self.model = model
-
-    def forward(self, features: Tensor) -> Tensor:
-        """See `FeatureModel.head`."""
-        return self.model.head(features)
-
-
 def weight_vector(model: nn.Module) -> Tensor:
     """(D,) all parameters of a model, one after the other.
 
     Raises:
         InputError: it has none, as a model whose fit sets buffers.
     """
-    weights = [parameter.detach().flatten() for parameter in model.parameters()]
-    if not weights:
+    weights = weights_of(model)
+    if not len(weights):
         raise InputError(f"{type(model).__name__} has no weights to train{'; leave optimizer=auto' if hasattr(model, 'fitted_by') else ''}")
-    return torch.cat(weights)
+    return weights
 
 
 def set_weights(model: nn.Module, vector: Tensor) -> None:
     """Write a (D,) vector into a model's parameters, in place."""
-    pieces = vector.detach().split([parameter.numel() for parameter in model.parameters()])
+    own = dict(model.named_parameters())
+    given = as_parameters(vector.detach(), {name: parameter.shape for name, parameter in own.items()})
     with torch.no_grad():
-        for parameter, piece in zip(model.parameters(), pieces, strict=True):
-            parameter.copy_(piece.view_as(parameter))
+        for name, parameter in own.items():
+            parameter.copy_(given[name])
 
 
 def member_outputs(model: FeatureModel, weights: Tensor, features: Tensor) -> Tensor:
     """One model with many weights, with gradients: (P, D) weights, features (M, F) for all or (P, M, F) for each -> (P, M) predicted errors."""
-
-    def outputs(vector: Tensor, own: Tensor) -> Tensor:
-        return _outputs_of(model, own)(vector)
-
-    found: Tensor = vmap(outputs, in_dims=(0, 0 if features.ndim == 3 else None))(weights, features)
+    found: Tensor = vmap(Head(model).outputs, in_dims=(0, 0 if features.ndim == 3 else None))(weights, features)
     return found
 
 
@@ -121,17 +103,3 @@ def derivatives(model: FeatureModel, weights: Tensor, features: Tensor) -> tuple
         outputs = member_outputs(model, own, features.repeat(members, 1).unsqueeze(1)).squeeze(-1)
         (slopes,) = torch.autograd.grad(outputs.sum(), own)
     return outputs.detach().view(members, -1), slopes.view(members, -1, size).mT
-
-
-def _outputs_of(model: FeatureModel, features: Tensor) -> Callable[[Tensor], Tensor]:
-    """(D,) weights -> (M,) predicted errors."""
-    head = Head(model)
-    shapes = {name: parameter.shape for name, parameter in head.named_parameters()}
-
-    def outputs(vector: Tensor) -> Tensor:
-        pieces = vector.split([shape.numel() for shape in shapes.values()])
-        named = {name: piece.view(shape) for (name, shape), piece in zip(shapes.items(), pieces, strict=True)}
-        output: Tensor = functional_call(head, named, (features,))
-        return output
-
-    return outputs
