@@ -243,6 +243,22 @@ def test_error_bars_scale_with_the_noise_but_never_below_what_was_assumed() -> N
     assert bool((errors[0] > 0.7 * errors[1]).all())
 
 
+@pytest.mark.parametrize(("samples", "pieces"), [(10, 10), (30, 15), (240, 24), (250, 23)])
+def test_the_error_of_a_mean_is_that_of_its_pieces(samples: int, pieces: int) -> None:
+    """G/(G − 1)·Σ(sum of residuals in a piece)²/N², with as many pieces as there are (Liang & Zeger 1986 with the usual correction for few)."""
+    level = 5.0 * torch.randn(samples, generator=Generator().manual_seed(1), dtype=torch.float64).cumsum(0)
+    found = fit(lambda theta: torch.ones(len(theta), samples, 1, dtype=torch.float64), level, torch.zeros(0, dtype=torch.float64))
+    size = -(-samples // pieces)
+    sums = torch.stack([piece.sum() for piece in (level - level.mean()).split(size)])
+    assert len(sums) == pieces
+    assert float(found.covariance()) == pytest.approx(pieces / (pieces - 1) * float(sums.square().sum()) / samples**2, rel=1e-9)
+
+
+def test_a_single_sample_has_no_error_but_that_assumed() -> None:
+    one = torch.ones(1, dtype=torch.float64)
+    assert float(fit(lambda theta: torch.ones(len(theta), 1, 1, dtype=torch.float64), one, one[:0]).covariance()) == pytest.approx(1.0)
+
+
 def test_the_covariance_is_symmetric_and_positive() -> None:
     found = fit(lambda t: decays(t) / SIGMA, planted(*TRUTH) / SIGMA + white(Generator().manual_seed(3)), at(2.0))
     covariance = found.covariance()
