@@ -52,9 +52,8 @@ ELEMENTWISE = (torch.optim.Adam, torch.optim.AdamW, torch.optim.NAdam, torch.opt
 class Fitter(Protocol):
     """An optimizer that is no gradient descent: it fits the model by itself.
 
-    It may have ``physical(unit)``, what it knows of parameters, and ``largest_tensor(blocks)``, how many values the largest tensor that it works on
-    has, where that is far from a small net's: the number of threads goes by it. One with ``follows_device = True`` gets model and runs on the device
-    that was chosen, any other on the CPU.
+    It may have ``physical(unit)``, what it knows of parameters. One with ``follows_device = True`` gets model and runs on the device that was chosen,
+    any other on the CPU.
     """
 
     def fit(self, model: Model, runs: Sequence[Run], generator: Generator) -> int | None:
@@ -123,7 +122,7 @@ def train(
             raise InputError(f"{useless}: {type(optimizer).__name__} solves in one go, from all blocks at once; leave it out")
     logger = TensorBoardLogger(out, name=EVENTS, version="", default_hp_metric=False)
     every = range(seed, seed + seeds)
-    with quiet_lightning(), _no_half_curve(out / EVENTS), threads_for(_largest_tensor(optimizer, runs)):
+    with quiet_lightning(), _no_half_curve(out / EVENTS), threads_for(WIDTH * samples_of(runs) * sum(run.blocks for run in runs)):
         if hasattr(optimizer, "fit"):
             members = _fit_by_itself(model, runs, cast(Fitter, optimizer), every, place, out)
         else:
@@ -151,12 +150,6 @@ def train(
     metrics["wall_time_s"] = round(time.perf_counter() - started, 3)
     _log_result(logger, metrics, [*(labels or {}), "parameters", "average_s"], {"seeds": seeds, "epochs": epochs} | dict(hyperparameters or {}))
     return metrics
-
-
-def _largest_tensor(optimizer: MakeOptimizer | Fitter | Stepwise, runs: Sequence[Run]) -> int:
-    blocks = sum(run.blocks for run in runs)
-    largest = getattr(optimizer, "largest_tensor", None)
-    return blocks * samples_of(runs) * WIDTH if largest is None else int(largest(blocks))
 
 
 def _fit_by_gradient(
