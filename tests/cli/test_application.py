@@ -151,6 +151,7 @@ def test_a_name_with_special_characters_is_read_as_the_message_says(capsys) -> N
     [
         (["--confg-name", "x"], "unknown flag --confg-name: did you mean --config-name"),
         (["--cfg", "jobs"], "choose from"),
+        (["--cfg", "job", "-m", "seed=1,2"], "--multirun and --cfg: each asks for something else"),
         (["seed=1", "--cfg", "job", "seed=2"], "seed=2 stands apart"),
     ],
 )

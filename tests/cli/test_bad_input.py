@@ -414,6 +414,8 @@ def test_a_setting_that_makes_no_sense(told, tmp_path, setting, words) -> None:
         ("refine", "add=5"),
         ("refine", "add=null"),
         ("diagnose", "data.holdout=null"),
+        ("diagnose", "seed=-1"),
+        ("refine", "seed=1.5"),
         ("diagnose", "data.files=5"),
         ("diagnose", "data.files=null"),
         ("diagnose", "data.check_files=5"),

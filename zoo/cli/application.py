@@ -49,6 +49,7 @@ from zoo.cli.wrong_settings import (
     unknown_key,
 )
 from zoo.errors import InputError, WorkError, causes, nearest
+from zoo.given import check_seed
 
 WRONG_SETTINGS = (
     ConfigCompositionException,
@@ -159,6 +160,7 @@ def _task(verb: str, codes: list[int], traced: bool) -> Callable[[DictConfig], f
                 check_searchpath()
                 check_lists(job.overrides)
                 check_known(verb, job.overrides)
+                check_seed("seed", config.seed)
                 with job.alone():
                     out = job.begin()
                     if job.result is None:

@@ -24,7 +24,6 @@ from zoo.comparison.known_noise import KnownNoise, floors
 from zoo.comparison.methods import methods_of
 from zoo.errors import InputError, WorkError
 from zoo.fitting.noise import of_all
-from zoo.given import check_seed
 from zoo.measurements.run import Run
 from zoo.models.prediction import usable_device
 from zoo.scoring.comparison import UNCOMPENSATED, residuals, rms_by_kind, rms_by_stage
@@ -48,7 +47,6 @@ def run(config: DictConfig, out: Path) -> Path:
     Returns:
         The table's file.
     """
-    check_seed("seed", config.seed)
     device, files = usable_device(config.torch_device), named_files(plain(config.predictions))
     given = [str(one) for one in (config.runs if OmegaConf.is_list(config.runs) else [config.runs])]
     if not given and not files:

@@ -21,7 +21,6 @@ from zoo.cli.inputs import print_notes, read_data
 from zoo.cli.outcomes import made_from
 from zoo.cli.saved_models import keep_model
 from zoo.errors import InputError
-from zoo.given import check_seed
 from zoo.measurements.run import Run
 from zoo.models.base import Model
 from zoo.training.files import CHECKPOINT, MEMBERS, PICTURE
@@ -79,7 +78,6 @@ def fitted(
     config: DictConfig, runs: Sequence[Run], check_runs: Sequence[Run], out: Path, choices: Mapping[str, Any]
 ) -> tuple[dict[str, Any], Model, dict[str, Any]]:
     """The same without a word: the model's settings in full, the model, and the metrics; a checkpoint and TensorBoard's events are left in `out`."""
-    check_seed("seed", config.seed)
     model_config = _model_config(config, runs)
     model = create(model_config)
     optimizer_name, optimizer = _optimizer(config, model, choices)

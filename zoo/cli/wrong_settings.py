@@ -24,9 +24,12 @@ from zoo.errors import InputError, causes, nearest
 from zoo.given import in_quotes, listed
 from zoo.measurements.files import SUFFIXES
 
+DIFFERENT = ("run", "multirun", "cfg", "info", "shell_completion")
+"""Flags of which Hydra takes one."""
+
 
 def check_flags(arguments: list[str], verb: str) -> None:
-    """Refuses a flag that does not exist, which argparse would answer with its whole usage.
+    """Refuses a flag that does not exist, which argparse would answer with its whole usage, and flags that exclude each other.
 
     Args:
         arguments: as typed.
@@ -46,7 +49,10 @@ def check_flags(arguments: list[str], verb: str) -> None:
         raise InputError(apart if message.startswith("unrecognized") else message)
 
     parser.error = refuse  # type: ignore[method-assign]
-    parser.parse_args(arguments)
+    given = vars(parser.parse_args(arguments))
+    asked = [f"--{one}" for one in DIFFERENT if given[one]]
+    if len(asked) > 1:
+        raise InputError(f"{' and '.join(asked)}: each asks for something else; one of them is possible")
 
 
 def _setting(flag: str, verb: str) -> str | None:
