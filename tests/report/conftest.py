@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+import re
+from collections.abc import Callable
 from copy import deepcopy
 from dataclasses import replace
+from html.parser import HTMLParser
 from typing import Any
 
 import numpy as np
@@ -85,3 +88,44 @@ def refinement(diagnosis: dict[str, Any]) -> dict[str, Any]:
     first = {"added": None, "effects": diagnosis["effects"], "rms": 0.071, "rms_check": 0.074}
     second = {"added": "hysteresis", "effects": [*diagnosis["effects"], "hysteresis"], "rms": 0.0083, "rms_check": 0.0088}
     return {"unit": "dph", "ladder": [first, second], "noise_floor": FLOOR, "noise_floor_check": 0.0084, "verdict": "complete"}
+
+
+class _Reader(HTMLParser):
+    """Collects the visible text, and checks that elements are closed in order."""
+
+    VOID = ("meta", "br", "link", "input")
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.open: list[str] = []
+        self.words: list[str] = []
+
+    def handle_starttag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
+        if tag not in self.VOID:
+            self.open.append(tag)
+
+    def handle_startendtag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
+        pass
+
+    def handle_endtag(self, tag: str) -> None:
+        assert self.open, f"</{tag}> closes nothing"
+        assert self.open.pop() == tag
+
+    def handle_data(self, data: str) -> None:
+        if not {"script", "style"} & set(self.open):
+            self.words.append(data)
+
+
+def _visible(page: str) -> str:
+    reader = _Reader()
+    reader.feed(page.replace("<wbr>", ""))
+    assert reader.open == []
+    text = " ".join(" ".join(reader.words).split())
+    assert not re.search(r"\b(nan|NaN|None|inf|Infinity|null|Undefined)\b", text), text
+    return text
+
+
+@pytest.fixture(scope="session")
+def visible() -> Callable[[str], str]:
+    """The text of a page that somebody sees; in it nothing that is no number, and in the page no element that is left open."""
+    return _visible

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 import time
-from html.parser import HTMLParser
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -34,6 +34,7 @@ from zoo.simulator.simulation import Simulation
 SECTIONS = ["summary", "winding", "heat", "runs", "effects", "device", "recording"]
 SHORT: list[list[float]] = [[20, 20, 1800], [20, 50, 1800], [50, 50, 1800], [50, 20, 1800], [20, 20, 1800]]
 MANY = ("static_bias", "shupe", "mohr", "hysteresis", "polarization", "aging", "magnetic", "supply_voltage", "rate_temperature_coupling")
+Visible = Callable[[str], str]
 
 
 def simulated(
@@ -58,38 +59,6 @@ def page(simulation: Simulation) -> str:
     return render(simulation)
 
 
-class _Reader(HTMLParser):
-    """Collects the visible text, and checks that elements are closed in order."""
-
-    def __init__(self) -> None:
-        super().__init__()
-        self.open: list[str] = []
-        self.words: list[str] = []
-
-    def handle_starttag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
-        if tag not in ("meta", "br"):
-            self.open.append(tag)
-
-    def handle_startendtag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
-        pass
-
-    def handle_endtag(self, tag: str) -> None:
-        assert self.open.pop() == tag
-
-    def handle_data(self, data: str) -> None:
-        if "style" not in self.open:
-            self.words.append(data)
-
-
-def visible(page: str) -> str:
-    reader = _Reader()
-    reader.feed(page.replace("<wbr>", ""))
-    assert reader.open == []
-    text = " ".join(" ".join(reader.words).split())
-    assert not re.search(r"\b(nan|NaN|None|inf|Infinity|null|Undefined)\b", text), text
-    return text
-
-
 # The page
 
 
@@ -112,7 +81,7 @@ def test_identifiers_are_unique_and_references_hold(page: str) -> None:
     assert set(re.findall(r'(?:href="#|url\(#)([^")]+)', page)) <= set(names)
 
 
-def test_numbers_are_those_of_the_truth(simulation: Simulation, page: str) -> None:
+def test_numbers_are_those_of_the_truth(simulation: Simulation, page: str, visible: Visible) -> None:
     truth, text = simulation.truth(), visible(page)
     assert f"C_w {significant(truth['winding']['shupe_weight']['value'])} (°/h)/(K/min)" in text
     for parameters in truth["parameters"].values():
@@ -124,7 +93,7 @@ def test_numbers_are_those_of_the_truth(simulation: Simulation, page: str) -> No
         assert f"{one['place']} {significant(one['time_constant']['value'])} {significant(one['offset']['value'])}" in text
 
 
-def test_the_table_of_runs_is_computed_from_the_columns(simulation: Simulation, page: str) -> None:
+def test_the_table_of_runs_is_computed_from_the_columns(simulation: Simulation, page: str, visible: Visible) -> None:
     text, check = visible(page), simulation.check
     order = ranked([parts_of(run) for run in (*simulation.runs, check)])
     sizes = [significant(float(effects_of(check)[name].std())) for name in order]
@@ -132,14 +101,14 @@ def test_the_table_of_runs_is_computed_from_the_columns(simulation: Simulation, 
     assert " ".join(["check 2.50 20.0 … 50.0", *sizes, *rest]) in text
 
 
-def test_hidden_effects_are_named_only_with_a_warning_and_a_tag(page: str) -> None:
+def test_hidden_effects_are_named_only_with_a_warning_and_a_tag(page: str, visible: Visible) -> None:
     text = visible(page)
     assert "Effects: static_bias, shupe and mohr; hidden: hysteresis." in text
     assert "gives away what a diagnosis is asked to find" in text
     assert text.count("hidden") == 2
 
 
-def test_it_says_where_the_truth_is(tmp_path: Path, simulation: Simulation) -> None:
+def test_it_says_where_the_truth_is(tmp_path: Path, simulation: Simulation, visible: Visible) -> None:
     path = write_truth_page(simulation, tmp_path / "new")
     assert path == tmp_path / "new" / "truth.html"
     assert [one.name for one in path.parent.iterdir()] == ["truth.html"]
@@ -162,7 +131,7 @@ def test_what_docstrings_say_is_read_from_them() -> None:
     assert said(Chamber)["cycling_k"] == "amplitude of the limit cycle of compressor or heater"
 
 
-def test_a_shupe_effect_that_is_not_its_windings_is_said_so() -> None:
+def test_a_shupe_effect_that_is_not_its_windings_is_said_so(visible: Visible) -> None:
     done = simulated(runs=1, parameters={"shupe": {"weight": 7.5}})
     assert "was set to 7.50 (°/h)/(K/min)" in visible(render(done))
     assert "was set to" not in visible(render(simulated(runs=1)))
@@ -182,11 +151,11 @@ def test_a_shupe_effect_that_is_not_its_windings_is_said_so() -> None:
         {"effects": MANY, "gyro": "navigation", "heat": "lumped"},
     ],
 )
-def test_any_simulation_makes_a_page(more: dict[str, Any]) -> None:
+def test_any_simulation_makes_a_page(more: dict[str, Any], visible: Visible) -> None:
     assert visible(render(simulated(**{"runs": 1, **more})))
 
 
-def test_of_many_runs_some_are_drawn_and_all_are_listed() -> None:
+def test_of_many_runs_some_are_drawn_and_all_are_listed(visible: Visible) -> None:
     text = visible(render(simulated(runs=12, program=[[20, 20, 600], [20, 40, 600]])))
     assert "Not drawn: run_8, run_9, run_10, run_11, run_12." in text
     assert "truth_1.csv … truth_check.csv" in text
