@@ -13,10 +13,6 @@ from torch import Tensor
 from zoo.catalog import build
 from zoo.effects.base import History
 
-STEADY = ((0, 20), (12, 20))
-WIDE_RAMP = ((0, -20), (5, 100))
-"""0.4 K/min."""
-
 
 def shape_of(*values: float) -> Tensor:
     return torch.tensor(values, dtype=torch.float64)

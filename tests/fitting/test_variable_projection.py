@@ -16,7 +16,6 @@ from zoo.fitting.variable_projection import STEP, Fit, _second_moment, fit
 
 TIME = torch.linspace(0, 10, 600, dtype=torch.float64)
 LOW, HIGH = 0.1, 30.0
-Columns = Callable[[Tensor], Tensor]
 
 
 def unit(tau: float) -> float:
