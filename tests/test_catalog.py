@@ -38,6 +38,7 @@ def test_what_is_included_and_is_not_there_is_said(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("group", ["gyro", "profile", "chamber", "noise"])
 def test_every_name_builds(group: str) -> None:
+    assert names(group)
     for name in names(group):
         assert build(group, name) is not None
 

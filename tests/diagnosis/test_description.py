@@ -164,7 +164,9 @@ def test_free_functions_are_means_of_functions(runs, catalogue) -> None:
 def test_noise_goes_with_nothing(diagnosis, seed) -> None:
     found = diagnosis("", seed)
     final = found.search.final
-    for free in functions_of(found.bench, final):
+    functions = functions_of(found.bench, final)
+    assert len(functions) > 10
+    for free in functions:
         share, evidence = weigh(found.bench, final, free.columns)
         assert evidence < 0.0, free.words
         assert share < 0.08, free.words

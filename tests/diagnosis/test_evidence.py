@@ -56,9 +56,19 @@ def test_equal_evidence_is_equal_probability() -> None:
     assert chances["a"] / chances["c"] == pytest.approx(math.exp(20 * TEMPER))
 
 
-def test_posteriors_of_every_round_of_a_search_sum_to_less_than_one(diagnosis) -> None:
-    for step in diagnosis("bias_step").search.steps:
-        assert sum(posterior(step).values()) <= 1 + 1e-12
+def test_in_every_round_of_a_search_what_the_posterior_leaves_is_the_chance_of_none(diagnosis) -> None:
+    """More than any candidate's where none was added, less than that of the one that was, and one half against one that is at the threshold."""
+    first, last = diagnosis("bias_step").search.steps
+    assert (first.chosen, last.chosen) == ("bias_step", None)
+    for step in (first, last):
+        chances = posterior(step)
+        none = 1 - sum(chances.values())
+        excess = torch.tensor([one.evidence - step.needed for one in step.trials], dtype=torch.float64)
+        assert none == pytest.approx(1 / (1 + float(believed(excess).exp().sum())), abs=1e-12)
+        assert none < chances[step.chosen] if step.chosen else none > max(chances.values())
+        alone = replace(step, trials=step.trials[:1])
+        level = replace(alone, trials=[replace(alone.trials[0], evidence=alone.needed)])
+        assert posterior(level) == {alone.trials[0].screened.name: pytest.approx(0.5)}
 
 
 @pytest.mark.parametrize("hidden", ["", "bias_step", "polarization"])
@@ -113,7 +123,10 @@ def test_evidence_adds_along_a_path(diagnosis) -> None:
 def test_a_larger_model_never_fits_worse(diagnosis) -> None:
     found = diagnosis("bias_step")
     bench, base = found.bench, found.search.base
-    for candidate in screen(bench, base, [name for name in bench.available() if name not in base.names]):
+    candidates = [name for name in bench.available() if name not in base.names]
+    screened = screen(bench, base, candidates)
+    assert {one.name for one in screened} == set(candidates) > {"bias_step"}
+    for candidate in screened:
         assert candidate.gain >= -1e-6 * base.fit.cost
         assert bench.peek(base, candidate.name, candidate.shape).fit.cost <= base.fit.cost * (1 + 1e-9)
 

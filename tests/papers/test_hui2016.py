@@ -77,6 +77,7 @@ def test_the_line_is_the_papers(study: Study) -> None:
 
 def test_a_network_that_knows_every_count_levels_like_a_model_that_does(study: Study) -> None:
     for mine, known in zip(levelled(study, TRAINED), levelled(study, KNOWN), strict=True):
+        assert len(mine) == UNITS
         assert torch.allclose(mine, known, rtol=0, atol=1e-12)
 
 

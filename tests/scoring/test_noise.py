@@ -221,6 +221,7 @@ def test_pieces_of_a_run_have_their_share_of_its_covariance(mixture) -> None:
         if not mixture[1]:
             torch.testing.assert_close(found, expected, rtol=1e-12, atol=0)
         torch.testing.assert_close(differences(found[near]), differences(expected[near]), rtol=0.02, atol=0)
+    assert at == count
 
 
 def differences(matrix: Tensor) -> Tensor:
