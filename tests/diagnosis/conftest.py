@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from functools import lru_cache
-from typing import Any
+from functools import lru_cache, wraps
+from inspect import signature
+from typing import Any, TypeVar
 
 import pytest
 
@@ -16,6 +17,8 @@ from zoo.simulator.gyros.presets import gyro_class
 from zoo.simulator.in_process import as_run
 from zoo.simulator.laboratory.profiles import campaign, tour
 from zoo.simulator.simulate import Simulation, simulate
+
+Made = TypeVar("Made")
 
 CATALOGUE: dict[str, Effect] = {name: build("effects", name) for name in names("effects")}
 BASE = ("static_bias", "shupe", "mohr")
@@ -32,7 +35,20 @@ PROGRAM = campaign(
 )
 
 
-@lru_cache(maxsize=32)
+def once(make: Callable[..., Made]) -> Callable[..., Made]:
+    """The same for the same arguments, said or left out: to a cache by itself `("aging")` and `("aging", 1)` are two."""
+    made, declared = lru_cache(maxsize=32)(make), signature(make)
+
+    @wraps(make)
+    def of(*given: Any, **more: Any) -> Made:
+        whole = declared.bind(*given, **more)
+        whole.apply_defaults()
+        return made(*whole.args, **whole.kwargs)
+
+    return of
+
+
+@once
 def simulated(hidden: str = "", seed: int = 1, noises: float = 3.5, runs: int = 2, **settings: Any) -> Simulation:
     """A gyro with the three effects that every gyro has, and perhaps more, `a+b`, each of an RMS of `noises` times the white noise of a block."""
     more = {"hidden": hidden.split("+"), "amplitude": noises * WHITE_DPH} if hidden else {}
@@ -40,7 +56,7 @@ def simulated(hidden: str = "", seed: int = 1, noises: float = 3.5, runs: int = 
     return simulate(QUIET, PROGRAM, present, catalogue=CATALOGUE, runs=runs, seed=seed, sample_s=20.0, **more, **settings)
 
 
-@lru_cache(maxsize=32)
+@once
 def diagnosed(hidden: str = "", seed: int = 1, noises: float = 3.5) -> Diagnosis:
     """What is said of it."""
     return diagnose([as_run(one) for one in simulated(hidden, seed, noises).runs], list(BASE), CATALOGUE)

@@ -72,6 +72,25 @@ def with_planted(all_with_planted):
     return lambda key: all_with_planted(key)[:-1]
 
 
+@pytest.fixture(scope="module")
+def told():
+    """What is said of a thing that was planted, each described once."""
+    return {}
+
+
+@pytest.fixture
+def described(told, with_planted, catalogue):
+    """The bench of the fitted runs, and what is said of them."""
+
+    def of(key: str):
+        if key not in told:
+            bench = open_bench(with_planted(key), list(BASE), catalogue)
+            told[key] = bench, describe(bench, bench.solve(BASE))
+        return told[key]
+
+    return of
+
+
 @pytest.fixture
 def telegraph(runs, white):
     chance, found = Generator().manual_seed(7), []
@@ -83,9 +102,8 @@ def telegraph(runs, white):
 
 @pytest.mark.slow
 @pytest.mark.parametrize("key", PLANTED)
-def test_what_was_planted_is_described_and_accounted_for(with_planted, catalogue, white, key) -> None:
-    bench = open_bench(with_planted(key), list(BASE), catalogue)
-    found = describe(bench, bench.solve(BASE))
+def test_what_was_planted_is_described_and_accounted_for(described, white, key) -> None:
+    bench, found = described(key)
     assert found.best is not None
     assert found.dependences[0]["depends_on"].startswith(SAID[key][0])
     assert SAID[key][1] in found.words
@@ -96,10 +114,9 @@ def test_what_was_planted_is_described_and_accounted_for(with_planted, catalogue
 
 @pytest.mark.slow
 @pytest.mark.parametrize("key", ["square", "by_temperature", "highest", "summed"])
-def test_the_class_that_is_written_makes_the_model_complete(all_with_planted, catalogue, tmp_path, monkeypatch, key) -> None:
+def test_the_class_that_is_written_makes_the_model_complete(described, all_with_planted, catalogue, tmp_path, monkeypatch, key) -> None:
     *fitted_runs, check = all_with_planted(key)
-    bench = open_bench(fitted_runs, list(BASE), catalogue)
-    found = describe(bench, bench.solve(BASE))
+    bench, found = described(key)
     write_stub({"unit": "dph", "rms": bench.solve(BASE).rms, **found.record()}, tmp_path)
     monkeypatch.syspath_prepend(tmp_path)
     monkeypatch.delitem(sys.modules, "unexplained", raising=False)
@@ -113,17 +130,16 @@ def test_the_class_that_is_written_makes_the_model_complete(all_with_planted, ca
     assert record["verdict"] == "complete"
 
 
-def test_an_exponent_is_found_with_its_error(with_planted, catalogue) -> None:
-    bench = open_bench(with_planted("square"), list(BASE), catalogue)
-    exponent = describe(bench, bench.solve(BASE)).form["parameters"]["exponent"]
+def test_an_exponent_is_found_with_its_error(described) -> None:
+    _, found = described("square")
+    exponent = found.form["parameters"]["exponent"]
     assert exponent["value"] == pytest.approx(2.0, abs=0.1)
     assert 0.0 < exponent["stderr"] < 0.1
 
 
-def test_the_record_is_json(with_planted, catalogue) -> None:
-    bench = open_bench(with_planted("by_temperature"), list(BASE), catalogue)
-    record = describe(bench, bench.solve(BASE)).record()
-    again = json.loads(json.dumps(record, allow_nan=False))
+def test_the_record_is_json(described) -> None:
+    bench, found = described("by_temperature")
+    again = json.loads(json.dumps(found.record(), allow_nan=False))
     assert [len(curve["x"]) for curve in again["unexplained"][0]["curves"]] == [41, 41, 41]
     assert set(again["unexplained"][0]["by_run"]) == {run.name for run in bench.runs}
 
@@ -138,10 +154,9 @@ def test_a_random_telegraph_is_said_to_be_nothing_smooth(telegraph, catalogue, w
     assert apart == pytest.approx(12 * white, rel=0.25), "less what the model took over and what switches within a block"
 
 
-def test_a_curve_is_what_was_planted_up_to_what_the_model_has(with_planted, catalogue) -> None:
+def test_a_curve_is_what_was_planted_up_to_what_the_model_has(described) -> None:
     """A square: even, zero at zero, four times as high at twice the rate; within its band."""
-    bench = open_bench(with_planted("square"), list(BASE), catalogue)
-    found = describe(bench, bench.solve(BASE))
+    _, found = described("square")
     curve = found.dependences[0]["curves"][0]
     x, y = torch.tensor(curve["x"]), torch.tensor(curve["y"])
     amplitude = found.form["parameters"]["coefficient"]["value"]
