@@ -2,8 +2,6 @@
 
 import copy
 import json
-import os
-import sys
 from pathlib import Path
 from unittest import mock
 
@@ -13,7 +11,7 @@ import torch
 from torch import Generator, Tensor
 
 from zoo.catalog import load_model
-from zoo.cli import application
+from zoo.cli.application import run
 from zoo.cli.saved_models import folder_settings
 from zoo.effects.base import History
 from zoo.effects.hysteresis import Hysteresis
@@ -30,15 +28,9 @@ FLOOR = 1.2
 """RMS on a run that was not fitted, over its noise floor, that a complete model may have."""
 
 
-def run(verb: str, *arguments: str) -> int:
-    """The application in this process, which it leaves as it was."""
-    with mock.patch.object(sys, "argv", []), mock.patch.dict(os.environ, {"HYDRA_FULL_ERROR": "0"}):
-        return application.run(verb, list(arguments))
-
-
 def simulated(folder: Path, hidden: str, seed: int, runs: int = 2) -> Path:
     given = ["amplitude=0.12", f"runs={runs}", "sample_s=20", "thermometers=1", f"seed={seed}", "pictures=false"]
-    assert run("simulate", f"hidden={hidden}", *given, f"hydra.run.dir={folder}") == 0
+    assert run("simulate", [f"hidden={hidden}", *given, f"hydra.run.dir={folder}"]) == 0
     return folder
 
 
@@ -61,7 +53,7 @@ def data(folder: Path) -> list[str]:
 @pytest.fixture(scope="module")
 def network(gyro, tmp_path_factory) -> Path:
     out = tmp_path_factory.mktemp("network")
-    assert run("train", "model=bp", "epochs=1500", *data(gyro), f"hydra.run.dir={out}") == 0
+    assert run("train", ["model=bp", "epochs=1500", *data(gyro), f"hydra.run.dir={out}"]) == 0
     return out
 
 
@@ -71,7 +63,7 @@ def result(folder: Path, name: str) -> dict:
 
 @pytest.mark.slow
 def test_what_a_network_lacks_is_named(gyro, network, tmp_path, capsys) -> None:
-    assert run("diagnose", f"model={network}", *data(gyro), f"hydra.run.dir={tmp_path}") == 0
+    assert run("diagnose", [f"model={network}", *data(gyro), f"hydra.run.dir={tmp_path}"]) == 0
     found = result(tmp_path, "diagnosis.json")
     assert (found["verdict"], found["missing"], found["effects"]) == ("missing", ["hysteresis"], ["bp"])
     assert found["model"] == {"path": str(network), "name": "bp"}
@@ -85,8 +77,8 @@ def test_what_a_network_lacks_is_named(gyro, network, tmp_path, capsys) -> None:
 @pytest.mark.slow
 def test_a_polynomial_lacks_the_fringes(tmp_path) -> None:
     fringes, out = simulated(tmp_path / "gyro", "polarization", 1), tmp_path / "polynomial"
-    assert run("train", "model=polynomial", "model.order=4", *data(fringes), f"hydra.run.dir={out}") == 0
-    assert run("diagnose", f"model={out}", *data(fringes), f"hydra.run.dir={tmp_path / 'out'}") == 0
+    assert run("train", ["model=polynomial", "model.order=4", *data(fringes), f"hydra.run.dir={out}"]) == 0
+    assert run("diagnose", [f"model={out}", *data(fringes), f"hydra.run.dir={tmp_path / 'out'}"]) == 0
     found = result(tmp_path / "out", "diagnosis.json")
     assert (found["verdict"], found["missing"]) == ("missing", ["polarization"]), "at a coil that a map of the thermometer says nothing of"
     truth, period = result(fringes, "truth.json")["parameters"]["polarization"]["period"]["value"], found["parameters"]["polarization"]["period"]
@@ -96,7 +88,7 @@ def test_a_polynomial_lacks_the_fringes(tmp_path) -> None:
 
 @pytest.mark.slow
 def test_with_its_missing_effect_a_network_reaches_the_floor_of_a_run_it_never_saw(gyro, network, tmp_path) -> None:
-    assert run("refine", f"model={network}", "add=auto", *data(gyro), f"hydra.run.dir={tmp_path / 'out'}") == 0
+    assert run("refine", [f"model={network}", "add=auto", *data(gyro), f"hydra.run.dir={tmp_path / 'out'}"]) == 0
     found = result(tmp_path / "out", "refinement.json")
     assert [rung["added"] for rung in found["ladder"]] == [None, "hysteresis"]
     assert [rung["effects"] for rung in found["ladder"]] == [["bp"], ["bp", "hysteresis"]]
@@ -107,17 +99,17 @@ def test_with_its_missing_effect_a_network_reaches_the_floor_of_a_run_it_never_s
     truth, amplitude = result(gyro, "truth.json")["parameters"]["hysteresis"], found["parameters"]["hysteresis"]["amplitude"]
     assert abs(amplitude["value"] - truth["amplitude"]["value"]) < 4 * amplitude["stderr"]
     assert isinstance(load_model(tmp_path / "out"), Hybrid)
-    assert run("compare", f"runs=[{network},{tmp_path / 'out'}]", f"data.files={gyro}/check.csv", f"hydra.run.dir={tmp_path / 'table'}") == 0
+    assert run("compare", [f"runs=[{network},{tmp_path / 'out'}]", f"data.files={gyro}/check.csv", f"hydra.run.dir={tmp_path / 'table'}"]) == 0
     compared = result(tmp_path / "table", "comparison.json")["rms"]
     assert compared["hybrid"] == pytest.approx(after, rel=1e-3)
-    assert run("diagnose", f"model={tmp_path / 'out'}", *data(gyro), f"hydra.run.dir={tmp_path / 'again'}") == 0
+    assert run("diagnose", [f"model={tmp_path / 'out'}", *data(gyro), f"hydra.run.dir={tmp_path / 'again'}"]) == 0
     again = result(tmp_path / "again", "diagnosis.json")
     assert (again["verdict"], again["missing"], again["effects"]) == ("complete", [], ["hybrid", "hysteresis"])
 
 
 @pytest.mark.slow
 def test_effects_beside_a_model_are_added_to_it(gyro, network, tmp_path) -> None:
-    assert run("diagnose", f"model={network}", "effects=[hysteresis]", *data(gyro), f"hydra.run.dir={tmp_path / 'one'}") == 0
+    assert run("diagnose", [f"model={network}", "effects=[hysteresis]", *data(gyro), f"hydra.run.dir={tmp_path / 'one'}"]) == 0
     found = result(tmp_path / "one", "diagnosis.json")
     assert (found["verdict"], found["missing"], found["effects"]) == ("complete", [], ["bp", "hysteresis"])
     assert found["rms"] < 0.7 * result(network, "metrics.json")["rms"]
@@ -127,7 +119,7 @@ def test_effects_beside_a_model_are_added_to_it(gyro, network, tmp_path) -> None
 def test_a_hybrid_is_trained_and_beats_its_network(gyro, network, tmp_path) -> None:
     for name, network_settings in (("hybrid", []), ("cubic", ["model@model.network=polynomial", "model.network.order=3"])):
         out = tmp_path / name
-        assert run("train", "model=hybrid", "effects=[hysteresis]", *network_settings, *data(gyro), f"hydra.run.dir={out}") == 0
+        assert run("train", ["model=hybrid", "effects=[hysteresis]", *network_settings, *data(gyro), f"hydra.run.dir={out}"]) == 0
         metrics, truth = result(out, "metrics.json"), result(gyro, "truth.json")["parameters"]["hysteresis"]
         assert (metrics["model"], metrics["optimizer"], metrics["init"]) == ("hybrid", "alternating", None)
         assert metrics["rms_check"] < 0.6 * result(network, "metrics.json")["rms_check"]
@@ -185,16 +177,16 @@ def sum_of_effects(gyro, tmp_path_factory) -> Path:
     """A grey box that was fitted to one of the runs."""
     out = tmp_path_factory.mktemp("sum")
     files = [f"data.files=[{gyro}/run_1.csv]", "data.average_s=100"]
-    assert run("train", "model=graybox", "effects=[static_bias,shupe,mohr]", *files, f"hydra.run.dir={out}") == 0
+    assert run("train", ["model=graybox", "effects=[static_bias,shupe,mohr]", *files, f"hydra.run.dir={out}"]) == 0
     return out
 
 
 @pytest.mark.slow
 def test_a_trained_sum_of_effects_is_on_the_first_rung_as_it_was_given(gyro, sum_of_effects, tmp_path) -> None:
     asked = [f"model={sum_of_effects}", "candidates=[hysteresis]", "data.average_s=100", *data(gyro)]
-    assert run("diagnose", *asked, f"hydra.run.dir={tmp_path / 'diagnosed'}") == 0
+    assert run("diagnose", [*asked, f"hydra.run.dir={tmp_path / 'diagnosed'}"]) == 0
     with mock.patch("zoo.report.page.write_report") as written:
-        assert run("refine", *asked, "add=hysteresis", f"hydra.run.dir={tmp_path / 'refined'}") == 0
+        assert run("refine", [*asked, "add=hysteresis", f"hydra.run.dir={tmp_path / 'refined'}"]) == 0
     diagnosed, refined = result(tmp_path / "diagnosed", "diagnosis.json"), result(tmp_path / "refined", "refinement.json")
     first, last = refined["ladder"]
     assert first["rms"] == pytest.approx(diagnosed["rms"], rel=1e-12)
@@ -209,7 +201,7 @@ def test_a_trained_sum_of_effects_is_on_the_first_rung_as_it_was_given(gyro, sum
 def test_a_trained_sum_of_effects_to_which_nothing_is_added_stays_as_it_was_given(sum_of_effects, tmp_path) -> None:
     other, out = simulated(tmp_path / "other", "0", 5), tmp_path / "out"
     asked = [f"model={sum_of_effects}", "candidates=[aging]", "data.average_s=100", *data(other)]
-    assert run("refine", *asked, "data.check_files=[]", f"hydra.run.dir={out}") == 0
+    assert run("refine", [*asked, "data.check_files=[]", f"hydra.run.dir={out}"]) == 0
     found, given = result(out, "refinement.json"), load_model(sum_of_effects)
     assert [rung["added"] for rung in found["ladder"]] == [None]
     assert torch.equal(load_model(out).theta(), given.theta())
@@ -221,10 +213,10 @@ def test_a_trained_sum_of_effects_to_which_nothing_is_added_stays_as_it_was_give
 def test_a_trained_model_that_does_not_fit_is_complete_neither_in_words_nor_in_json(gyro, tmp_path, capsys) -> None:
     """Hardly trained: with other weights it would leave the noise of these runs, and as it is it leaves many times that."""
     files = [f"data.files={gyro}/run_1.csv"]
-    assert run("train", "model=bp", "model.hidden=12", "epochs=2", *files, f"hydra.run.dir={tmp_path / 'bp'}") == 0
+    assert run("train", ["model=bp", "model.hidden=12", "epochs=2", *files, f"hydra.run.dir={tmp_path / 'bp'}"]) == 0
     for verb, name in (("diagnose", "diagnosis.json"), ("refine", "refinement.json")):
         capsys.readouterr()
-        assert run(verb, f"model={tmp_path / 'bp'}", "candidates=[mohr]", *files, f"hydra.run.dir={tmp_path / verb}") == 0
+        assert run(verb, [f"model={tmp_path / 'bp'}", "candidates=[mohr]", *files, f"hydra.run.dir={tmp_path / verb}"]) == 0
         found, said = result(tmp_path / verb, name), capsys.readouterr().out
         assert found["verdict"] == "unknown"
         assert "does not fit these runs" in said
@@ -236,15 +228,15 @@ def test_a_trained_model_that_does_not_fit_is_complete_neither_in_words_nor_in_j
 
 def test_a_networks_name_alone_takes_it_as_it_is(gyro, tmp_path) -> None:
     settings = ["model=hybrid", "model.network=polynomial", "effects=[magnetic]", "optimizer=alternating", "optimizer.rounds=1"]
-    assert run("train", *settings, *data(gyro), f"hydra.run.dir={tmp_path}") == 0
+    assert run("train", [*settings, *data(gyro), f"hydra.run.dir={tmp_path}"]) == 0
     assert type(load_model(tmp_path).network).__name__ == "Polynomial"
-    assert run("train", "model=hybrid", "model.network=polynomia", *data(gyro), f"hydra.run.dir={tmp_path / 'no'}") == 2
+    assert run("train", ["model=hybrid", "model.network=polynomia", *data(gyro), f"hydra.run.dir={tmp_path / 'no'}"]) == 2
 
 
 def test_a_wrong_model_is_named_in_a_line(gyro, tmp_path, capsys) -> None:
     small = ["model.hidden=2", "epochs=3"]
     for name in ("one", "two"):
-        assert run("train", "model=bp", *small, *data(gyro), f"hydra.run.dir={tmp_path / 'many' / name}") == 0
+        assert run("train", ["model=bp", *small, *data(gyro), f"hydra.run.dir={tmp_path / 'many' / name}"]) == 0
     assert isinstance(load_model(tmp_path / "many" / "one"), BP)
     capsys.readouterr()
     other = tmp_path / "other.csv"
@@ -257,7 +249,7 @@ def test_a_wrong_model_is_named_in_a_line(gyro, tmp_path, capsys) -> None:
         ([f"model={tmp_path / 'many' / 'one'}", f"data.files={other}", "data.check_files=[]"], ["trained on errors in dph", "rad_per_s"]),
     ):
         for verb in ("diagnose", "refine"):
-            assert run(verb, *data(gyro), *given, f"hydra.run.dir={tmp_path / 'out'}") == 2
+            assert run(verb, [*data(gyro), *given, f"hydra.run.dir={tmp_path / 'out'}"]) == 2
             message = capsys.readouterr().err
             assert len(message.splitlines()) <= 2
             for word in words:

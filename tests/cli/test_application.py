@@ -17,14 +17,6 @@ SMALL = ["runs=1", "profile=legs", "profile.legs=[[20,20,600],[20,30,600]]", "sa
 FULL = "HYDRA_FULL_ERROR"
 
 
-@pytest.fixture(autouse=True)
-def _elsewhere(tmp_path, monkeypatch) -> None:
-    """Somewhere else than in the checkout; what a verb leaves in the process is put back."""
-    monkeypatch.chdir(tmp_path)
-    monkeypatch.delenv(FULL, raising=False)
-    monkeypatch.setattr(sys, "argv", [])
-
-
 def told(verb: str, *arguments: str, capsys) -> tuple[int, str]:
     """Exit code and what went to the standard error."""
     capsys.readouterr()
@@ -180,6 +172,7 @@ def test_a_folder_that_cannot_be_made_is_named(folder, capsys) -> None:
 
 @pytest.mark.parametrize("before", [None, "0", "1"])
 def test_the_environment_is_left_as_it_was(before, monkeypatch) -> None:
+    monkeypatch.delenv(FULL)
     if before is not None:
         monkeypatch.setenv(FULL, before)
     assert application.run("simulate", [*SMALL, "hydra.run.dir=out"]) == 0
@@ -238,7 +231,7 @@ def written(language: str) -> str:
     return re.findall(rf"```{language}\n(.*?)```", text, re.DOTALL)[0]
 
 
-def test_the_effect_that_contributing_shows_works_from_outside(tmp_path, monkeypatch, capsys) -> None:
+def test_the_effect_that_contributing_shows_works_from_outside(tmp_path, monkeypatch) -> None:
     (tmp_path / "conf" / "effects").mkdir(parents=True)
     (tmp_path / "my_effects.py").write_text(written("python"), encoding="utf-8")
     (tmp_path / "conf" / "effects" / "mine.yaml").write_text(written("yaml"), encoding="utf-8")

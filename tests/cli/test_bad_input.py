@@ -20,14 +20,6 @@ ROWS, STEP_S = 720, 20.0
 RESULTS = {"diagnosis.json", "refinement.json", "report.html", "tensorboard", "model.yaml", "weights.pt", "metrics.json"}
 
 
-@pytest.fixture(autouse=True)
-def _elsewhere(tmp_path, monkeypatch) -> None:
-    """Somewhere else than in the checkout; what a verb leaves in the process is put back."""
-    monkeypatch.chdir(tmp_path)
-    monkeypatch.setenv("HYDRA_FULL_ERROR", "0")
-    monkeypatch.setattr(sys, "argv", [])
-
-
 def table(rows: int = ROWS, swing: float = 40.0, unit: str = "dph") -> pd.DataFrame:
     """Four hours of a gyro: a hold, a ramp, a hold, the ramp back."""
     time = STEP_S * np.arange(rows) + STEP_S / 2
@@ -66,7 +58,7 @@ def told(tmp_path, capsys) -> Callable[..., str]:
 
 
 @pytest.fixture
-def refused(told, tmp_path) -> Callable[..., str]:
+def refused(told) -> Callable[..., str]:
     """The same for one recording, which the message must name."""
 
     def refuse(path: Path, *more: str, verb: str = "diagnose") -> str:

@@ -48,9 +48,7 @@ def test_a_sweep_goes_on_unread(tmp_path) -> None:
     assert (tmp_path / "sweep" / "1" / "truth.json").is_file()
 
 
-def test_a_comparison_that_nobody_reads_is_written_all_the_same(tmp_path, monkeypatch) -> None:
-    monkeypatch.chdir(tmp_path)
-    monkeypatch.setattr(sys, "argv", [])
+def test_a_comparison_that_nobody_reads_is_written_all_the_same(tmp_path) -> None:
     assert application.run("simulate", SMALL) == 0
     files = "data.files=[runs/run_1.csv]"
     assert application.run("train", ["model=polynomial", files, "hydra.run.dir=model"]) == 0

@@ -2,12 +2,9 @@
 
 import csv
 import json
-import os
 import shutil
-import sys
 import warnings
 from pathlib import Path
-from unittest import mock
 
 import numpy as np
 import pandas as pd
@@ -15,18 +12,13 @@ import pytest
 import torch
 
 from zoo.catalog import load_model
-from zoo.cli import application
+from zoo.cli.application import run
 from zoo.measurements.read import read_runs
 from zoo.measurements.write import write_measurements
 from zoo.models.base import Model
 from zoo.simulator.noise import flicker
 
 SEEDS = 6
-
-
-def run(verb: str, *arguments: str) -> int:
-    with mock.patch.object(sys, "argv", []), mock.patch.dict(os.environ, {"HYDRA_FULL_ERROR": "0"}):
-        return application.run(verb, list(arguments))
 
 
 @pytest.fixture(scope="module")
@@ -48,9 +40,9 @@ def sweep(recordings, tmp_path_factory) -> Path:
     """Six seeds of two networks and one line; one more job failed and one was killed."""
     out = tmp_path_factory.mktemp("sweep")
     fit = [f"data.files=[{recordings / 'a.csv'}]", "data.average_s=100"]
-    assert run("train", "-m", "model=bp", "model.hidden=2,9", f"seed=range(1,{SEEDS + 1})", "epochs=60", *fit, f"hydra.sweep.dir={out}") == 0
-    assert run("train", "model=polynomial", *fit, f"hydra.run.dir={out / 'line'}") == 0
-    assert run("train", "model=polynomial", "seed=2", *fit, f"hydra.run.dir={out / 'line_again'}") == 0
+    assert run("train", ["-m", "model=bp", "model.hidden=2,9", f"seed=range(1,{SEEDS + 1})", "epochs=60", *fit, f"hydra.sweep.dir={out}"]) == 0
+    assert run("train", ["model=polynomial", *fit, f"hydra.run.dir={out / 'line'}"]) == 0
+    assert run("train", ["model=polynomial", "seed=2", *fit, f"hydra.run.dir={out / 'line_again'}"]) == 0
     for job, kept in (("failed", [".hydra"]), ("killed", [".hydra", "model.yaml", "weights.pt"])):
         for name in kept:
             there = out / "0" / name
@@ -62,7 +54,7 @@ def sweep(recordings, tmp_path_factory) -> Path:
 
 
 def compare(out: Path, *arguments: str) -> dict:
-    assert run("compare", *arguments, f"hydra.run.dir={out}") == 0
+    assert run("compare", [*arguments, f"hydra.run.dir={out}"]) == 0
     return json.loads((out / "comparison.json").read_text())
 
 
@@ -100,7 +92,7 @@ def test_models_that_differ_by_their_seed_are_one_method(recordings, sweep, tmp_
 def test_an_ensemble_is_its_single_trainings(recordings, sweep, tmp_path) -> None:
     """Six seeds trained at once and six trained alone are the same method, each seed against itself."""
     settings = ["model=bp", "model.hidden=9", "epochs=60", f"data.files=[{recordings / 'a.csv'}]", "data.average_s=100"]
-    assert run("train", *settings, f"seeds={SEEDS}", f"hydra.run.dir={tmp_path / 'together'}") == 0
+    assert run("train", [*settings, f"seeds={SEEDS}", f"hydra.run.dir={tmp_path / 'together'}"]) == 0
     alone = ",".join(str(sweep / str(SEEDS + i)) for i in range(SEEDS))
     document = compare(tmp_path / "out", f"runs=[{tmp_path / 'together'},{alone}]", f"data.files=[{recordings / 'check.csv'}]")
     first, second = document["methods"]
@@ -125,7 +117,7 @@ def flickering(tmp_path_factory) -> Path:
         noise = flicker(0.02, len(time), 50.0, chance) + 0.02 * torch.randn(len(time), generator=chance, dtype=torch.float64)
         write_measurements(folder / f"{name}.csv", {"time_s": time, "temperature_c": temperature, "rate_dph": 0.01 * (temperature - 20) + noise})
     given = [f"data.files=[{folder / 'a.csv'}]", f"data.check_files=[{folder / 'check.csv'}]", "data.average_s=100"]
-    assert run("refine", "effects=[static_bias]", "add=auto", *given, f"hydra.run.dir={folder / 'refined'}") == 0
+    assert run("refine", ["effects=[static_bias]", "add=auto", *given, f"hydra.run.dir={folder / 'refined'}"]) == 0
     return folder
 
 
@@ -134,7 +126,7 @@ def test_the_noise_floor_is_all_of_the_noise_where_a_refinement_has_found_it(fli
     assert refined["verdict"] == "complete"
     assert refined["noise"]["flicker"] > 0.4 * refined["noise"]["white"]
     check = f"data.files=[{flickering / 'check.csv'}]"
-    assert run("export", f"run={flickering / 'refined'}", "program=false", f"hydra.run.dir={tmp_path / 'exported'}") == 0
+    assert run("export", [f"run={flickering / 'refined'}", "program=false", f"hydra.run.dir={tmp_path / 'exported'}"]) == 0
     for place, model in enumerate((flickering / "refined", tmp_path / "exported")):
         document = compare(tmp_path / str(place), f"runs=[{model}]", check)
         assert document["noise_floor"] == pytest.approx(refined["noise_floor_check"], rel=1e-9)
@@ -184,7 +176,9 @@ def test_another_gyros_run_of_the_same_name_was_not_fitted_and_a_copy_was(flicke
 
 def test_a_run_too_short_to_judge_is_refused(recordings, sweep, tmp_path, capsys) -> None:
     pd.read_csv(recordings / "check.csv").head(15).to_csv(tmp_path / "five.csv", index=False)
-    assert run("compare", f"runs=[{sweep / 'line'}]", f"data.files=[{tmp_path / 'five.csv'}]", "data.average_s=100", f"hydra.run.dir={tmp_path}") == 2
+    assert (
+        run("compare", [f"runs=[{sweep / 'line'}]", f"data.files=[{tmp_path / 'five.csv'}]", "data.average_s=100", f"hydra.run.dir={tmp_path}"]) == 2
+    )
     assert "five: 3 means of 100 s are too few to tell noise from anything (4 at least)" in capsys.readouterr().err
 
 
@@ -205,8 +199,8 @@ def test_what_goes_beyond_the_training_is_told_of_models_and_of_exported_files(r
     """Fitted up to 40 °C, and asked at 60."""
     narrow = f"data.files=[{recordings / 'check.csv'}]"
     model = ["model=polynomial", "model.features=[temperature,temperature_rate,time_s]", "model.smoothing_s=300"]
-    assert run("train", *model, narrow, f"hydra.run.dir={tmp_path / 'line'}") == 0
-    assert run("export", f"run={tmp_path / 'line'}", "program=false", f"hydra.run.dir={tmp_path / 'exported'}") == 0
+    assert run("train", [*model, narrow, f"hydra.run.dir={tmp_path / 'line'}"]) == 0
+    assert run("export", [f"run={tmp_path / 'line'}", "program=false", f"hydra.run.dir={tmp_path / 'exported'}"]) == 0
     capsys.readouterr()
     document = compare(tmp_path / "out", f"runs=[{tmp_path / 'line'},{tmp_path / 'exported'}]", narrow)
     assert [one["beyond"] for one in document["methods"]] == [{}, {}]
@@ -235,7 +229,7 @@ def test_names_say_which_network_and_no_folder_and_blocks_in_seconds(recordings,
         "there": ["model=polynomial", "data.average_s=200", f"data.files=[{tmp_path / 'moved.csv'}]"],
     }
     for name, settings in trained.items():
-        assert run("train", *settings, f"hydra.run.dir={tmp_path / name}") == 0
+        assert run("train", [*settings, f"hydra.run.dir={tmp_path / name}"]) == 0
     block = json.loads((tmp_path / "auto" / "metrics.json").read_text())["average_s"]
     models = f"runs=[{','.join(str(tmp_path / name) for name in trained)}]"
     document = compare(tmp_path / "out", models, f"data.files=[{recordings / 'check.csv'}]")
@@ -317,14 +311,14 @@ def test_an_exported_file_is_compared_like_the_model(recordings, sweep, tmp_path
             assert row["bp"] == row["bp_exported"]
     for unit in ("m_per_s2", "furlongs"):
         (folder / "metadata.json").write_text(json.dumps(facts | {"unit": unit}))
-        assert run("compare", f"runs=[{folder}]", f"data.files=[{recordings / 'check.csv'}]", f"hydra.run.dir={tmp_path / 'wrong'}") == 2
+        assert run("compare", [f"runs=[{folder}]", f"data.files=[{recordings / 'check.csv'}]", f"hydra.run.dir={tmp_path / 'wrong'}"]) == 2
 
 
 def test_recordings_in_another_unit_are_compared_like_those_in_the_models_own(recordings, sweep, tmp_path) -> None:
     """Also by a model that takes the output and the true input, whose columns have the unit in their values and names."""
     shown, true = ["model=bp", "model.features=[temperature,output]", "epochs=3"], ["model=graybox", "effects=[mohr,scale_factor]"]
     for name, settings in (("shown", shown), ("true", true)):
-        assert run("train", *settings, f"data.files=[{recordings / 'a.csv'}]", "data.reference=2", f"hydra.run.dir={tmp_path / name}") == 0
+        assert run("train", [*settings, f"data.files=[{recordings / 'a.csv'}]", "data.reference=2", f"hydra.run.dir={tmp_path / name}"]) == 0
     frame = pd.read_csv(recordings / "check.csv")
     (tmp_path / "dps").mkdir()
     frame.assign(rate_dps=frame.pop("rate_dph") / 3600).to_csv(tmp_path / "dps" / "check.csv", index=False)
@@ -370,7 +364,7 @@ def test_runs_that_were_fitted_do_not_rank(recordings, sweep, tmp_path, capsys) 
 )
 def test_wrong_input_is_named_in_a_line(recordings, sweep, tmp_path, capsys, settings, words) -> None:
     told = [one.replace("FOLDER", str(recordings)).replace("SWEEP", str(sweep)) for one in settings]
-    assert run("compare", *told, f"data.files=[{recordings / 'check.csv'}]", f"hydra.run.dir={tmp_path / 'out'}") == 2
+    assert run("compare", [*told, f"data.files=[{recordings / 'check.csv'}]", f"hydra.run.dir={tmp_path / 'out'}"]) == 2
     message = capsys.readouterr().err
     assert "Traceback" not in message
     for word in words:
@@ -380,18 +374,18 @@ def test_wrong_input_is_named_in_a_line(recordings, sweep, tmp_path, capsys, set
 def test_an_export_that_refuses_or_was_changed_is_told(recordings, sweep, tmp_path, capsys) -> None:
     refusing = tmp_path / "refusing"
     settings = [f"run={sweep / '3'}", "refuse_outside=true", "program=false", f"hydra.run.dir={refusing}"]
-    assert run("export", *settings) == 0
+    assert run("export", settings) == 0
     hot = pd.read_csv(recordings / "check.csv")
     hot.assign(temperature_c=hot["temperature_c"] + 100).to_csv(tmp_path / "hot.csv", index=False)
     asked = [f"runs=[{refusing}]", f"data.files=[{tmp_path / 'hot.csv'}]", f"hydra.run.dir={tmp_path / 'out'}"]
     capsys.readouterr()
-    assert run("compare", *asked) == 2
+    assert run("compare", asked) == 2
     assert "exported with refuse_outside=true, and hot goes beyond what it was trained on" in capsys.readouterr().err
     shutil.copy(refusing / "metadata.json", tmp_path / "metadata.json")
-    assert run("export", f"run={sweep / '0'}", "program=false", f"hydra.run.dir={refusing}") == 0
+    assert run("export", [f"run={sweep / '0'}", "program=false", f"hydra.run.dir={refusing}"]) == 0
     shutil.copy(tmp_path / "metadata.json", refusing / "metadata.json")
     capsys.readouterr()
-    assert run("compare", *asked) == 2
+    assert run("compare", asked) == 2
     assert "model.ts is not the file that metadata.json tells of" in capsys.readouterr().err
 
 
@@ -400,12 +394,12 @@ def test_what_compensate_left_empty_is_left_out_of_the_comparison_too(recordings
     frame.loc[200, "temperature_c"] = np.nan
     frame.to_csv(tmp_path / "holes.csv", index=False)
     files = [f"data.files=[{tmp_path / 'holes.csv'}]", "data.bad_rows=skip"]
-    assert run("compensate", f"run={sweep / '3'}", *files, f"hydra.run.dir={tmp_path / 'done'}") == 0
+    assert run("compensate", [f"run={sweep / '3'}", *files, f"hydra.run.dir={tmp_path / 'done'}"]) == 0
     document = compare(tmp_path / "out", f"runs=[{sweep / '3'}]", f"predictions={{mine: {tmp_path / 'done' / 'holes.csv'}}}", *files)
     assert document["rms"]["mine"] == pytest.approx(document["rms"]["bp"], rel=1e-6)
     capsys.readouterr()
     mine = [f"predictions={{mine: {tmp_path / 'done' / 'holes.csv'}}}", f"data.files=[{recordings / 'check.csv'}]"]
-    assert run("compare", *mine, f"hydra.run.dir={tmp_path / 'out'}") == 2
+    assert run("compare", [*mine, f"hydra.run.dir={tmp_path / 'out'}"]) == 2
     assert "row 202, column predicted_error_dph: the cell is empty" in capsys.readouterr().err
 
 
@@ -415,7 +409,7 @@ def test_a_class_that_cannot_be_imported_is_what_is_told_of_its_models(recording
         settings = tmp_path / "jobs" / job / "model.yaml"
         settings.write_text(settings.read_text().replace("zoo.models.bp.BP", "elsewhere.models.Mine"))
     capsys.readouterr()
-    assert run("compare", f"runs=[{tmp_path / 'jobs'}]", f"data.files=[{recordings / 'check.csv'}]", f"hydra.run.dir={tmp_path / 'out'}") == 2
+    assert run("compare", [f"runs=[{tmp_path / 'jobs'}]", f"data.files=[{recordings / 'check.csv'}]", f"hydra.run.dir={tmp_path / 'out'}"]) == 2
     told = capsys.readouterr().err
     assert "there is no module 'elsewhere'; is its folder on PYTHONPATH?" in told
     assert "no finished model" not in told
@@ -425,7 +419,7 @@ def test_exports_of_different_trainings_are_all_compared(recordings, tmp_path) -
     """Of one model, seed and optimizer: an exported file does not say how long it was trained."""
     for epochs in (3, 40):
         out, files = tmp_path / str(epochs), f"data.files=[{recordings / 'a.csv'}]"
-        assert run("train", "model=bp", f"epochs={epochs}", files, f"hydra.run.dir={out}") == 0
-        assert run("export", f"run={out}", "program=false", f"hydra.run.dir={tmp_path / 'files' / str(epochs)}") == 0
+        assert run("train", ["model=bp", f"epochs={epochs}", files, f"hydra.run.dir={out}"]) == 0
+        assert run("export", [f"run={out}", "program=false", f"hydra.run.dir={tmp_path / 'files' / str(epochs)}"]) == 0
     document = compare(tmp_path / "out", f"runs=[{tmp_path / 'files' / '*'}]", f"data.files=[{recordings / 'check.csv'}]")
     assert len(document["models"]) == 2

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import sys
 from pathlib import Path
 from typing import Any
 
@@ -17,13 +16,6 @@ from zoo.cli.application import run
 from zoo.units import convert
 
 STEP_S = 20.0
-
-
-@pytest.fixture(autouse=True)
-def _elsewhere(tmp_path, monkeypatch) -> None:
-    monkeypatch.chdir(tmp_path)
-    monkeypatch.setenv("HYDRA_FULL_ERROR", "0")
-    monkeypatch.setattr(sys, "argv", [])
 
 
 def recording(high: float = 60.0, seed: int = 1) -> pd.DataFrame:
@@ -42,11 +34,8 @@ def trained(tmp_path_factory) -> dict[str, Path]:
     recording().to_csv(folder / "a.csv", index=False)
     files = [f"data.files=[{folder / 'a.csv'}]", "data.average_s=100"]
     models = {"polynomial": ["model=polynomial", "model.order=3"], "graybox": ["model=graybox", "effects=[static_bias,mohr,hysteresis]"]}
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(sys, "argv", [])
-        patch.setenv("HYDRA_FULL_ERROR", "0")
-        for name, settings in models.items():
-            assert run("train", [*settings, *files, f"hydra.run.dir={folder / name}"]) == 0
+    for name, settings in models.items():
+        assert run("train", [*settings, *files, f"hydra.run.dir={folder / name}"]) == 0
     return {name: folder / name for name in models}
 
 
@@ -165,7 +154,7 @@ def test_rows_without_a_temperature_are_left_empty_and_forgotten(trained, capsys
     pd.testing.assert_frame_equal(holes[added].dropna().reset_index(drop=True), rest[added], rtol=1e-9)
 
 
-def test_a_model_of_time_alone_forgets_a_row_that_cannot_be_used(tmp_path) -> None:
+def test_a_model_of_time_alone_forgets_a_row_that_cannot_be_used() -> None:
     """It uses no column but the time, which such a row does not have either."""
     frame = recording()
     frame.to_csv("a.csv", index=False)
@@ -191,10 +180,8 @@ def more_than_used(tmp_path_factory) -> dict[str, Path]:
     folder = tmp_path_factory.mktemp("more")
     more(recording()).to_csv(folder / "a.csv", index=False)
     given = ["model=graybox", f"data.files=[{folder / 'a.csv'}]", "data.average_s=100"]
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(sys, "argv", [])
-        for name, effect in (("neither", "hysteresis"), ("supply", "supply_voltage")):
-            assert run("train", [*given, f"effects=[static_bias,mohr,{effect}]", f"hydra.run.dir={folder / name}"]) == 0
+    for name, effect in (("neither", "hysteresis"), ("supply", "supply_voltage")):
+        assert run("train", [*given, f"effects=[static_bias,mohr,{effect}]", f"hydra.run.dir={folder / name}"]) == 0
     return {name: folder / name for name in ("neither", "supply")}
 
 
@@ -348,7 +335,7 @@ def test_of_files_with_and_without_a_true_input_those_without_are_named(trained,
     assert compensate(Path("of_input"), files, "data.reference=0") == 0
 
 
-def test_columns_are_called_as_in_the_training_unless_something_else_is_said(trained, capsys) -> None:
+def test_columns_are_called_as_in_the_training_unless_something_else_is_said(trained) -> None:
     frame = recording()
     other = frame.assign(t=frame["time_s"] * 1000, imu=frame["temperature_c"] + 273.15).rename(columns={"rate_dph": "gz"})[["t", "imu", "gz"]]
     other.to_csv("other.csv", index=False)
@@ -401,7 +388,7 @@ def test_a_file_in_other_units_than_it_is_taken_for_is_told(trained, capsys) -> 
     assert facts()[0]["after"]["rms"] < facts()[0]["before"]["rms"]
 
 
-def test_a_time_beyond_the_trained_range_is_told_where_it_is_a_feature(tmp_path, capsys) -> None:
+def test_a_time_beyond_the_trained_range_is_told_where_it_is_a_feature(capsys) -> None:
     frame = recording()
     frame.to_csv("a.csv", index=False)
     assert run("train", ["model=polynomial", "model.features=[temperature,time_s]", "data.files=[a.csv]", "hydra.run.dir=timed"]) == 0
@@ -412,7 +399,7 @@ def test_a_time_beyond_the_trained_range_is_told_where_it_is_a_feature(tmp_path,
 
 
 @pytest.mark.parametrize("name", ["polynomial", "ls_svm"])
-def test_a_ramp_steeper_than_any_in_training_is_told(tmp_path, capsys, name) -> None:
+def test_a_ramp_steeper_than_any_in_training_is_told(capsys, name) -> None:
     frame = recording()
     frame.to_csv("a.csv", index=False)
     features = "model.features=[temperature,temperature_rate]"
@@ -433,7 +420,7 @@ def test_a_ramp_steeper_than_any_in_training_is_told(tmp_path, capsys, name) -> 
     assert "feature temperature_rate trained from -0.66" in " ".join(capsys.readouterr().out.split())
 
 
-def test_the_rate_of_what_stood_still_in_training_is_nothing_and_is_not_fitted_to(tmp_path, capsys) -> None:
+def test_the_rate_of_what_stood_still_in_training_is_nothing_and_is_not_fitted_to(capsys) -> None:
     """What rounding leaves of it would be blown up to unit variance, and a model of it would not even go on from chunk to chunk."""
     frame = recording().assign(temperature_outer_c=25.1)
     frame.to_csv("a.csv", index=False)

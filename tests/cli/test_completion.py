@@ -15,12 +15,6 @@ from zoo.cli import application, main
 VERBS = ["compare", "compensate", "diagnose", "export", "refine", "reproduce", "simulate", "train"]
 
 
-@pytest.fixture(autouse=True)
-def _elsewhere(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.chdir(tmp_path)
-    monkeypatch.setenv("HYDRA_FULL_ERROR", "0")
-
-
 def offered(line: str, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> list[str]:
     """What is offered to go on with on a half-typed line; whoever types it sees no message."""
     monkeypatch.setenv("COMP_LINE", line)
@@ -82,6 +76,7 @@ def test_what_is_installed_is_for_the_program(verb: list[str], shell: str, regis
 
 def test_a_script_is_completed_as_hydra_does_it(monkeypatch, capsys) -> None:
     monkeypatch.setenv("COMP_LINE", "python scripts/train.py model=b")
+    monkeypatch.setattr(sys, "argv", ["scripts/train.py"])
     assert application.run("train", ["-sc", "query=bash"]) == 0
     assert capsys.readouterr().out.split() == ["model=bp"]
 

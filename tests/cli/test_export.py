@@ -3,28 +3,19 @@
 from __future__ import annotations
 
 import json
-import os
 import shutil
-import sys
 from contextlib import chdir
 from pathlib import Path
-from unittest import mock
 
 import pytest
 import torch
 
 from zoo.catalog import load_model
-from zoo.cli import application
+from zoo.cli.application import run
 from zoo.effects.mohr import Mohr
 from zoo.effects.static_bias import StaticBias
 
 STEP_S = 20
-
-
-def run(verb: str, arguments: list[str]) -> int:
-    """The application in this process, which it leaves as it was: it sets both for its own process's life."""
-    with mock.patch.object(sys, "argv", []), mock.patch.dict(os.environ, {"HYDRA_FULL_ERROR": "0"}):
-        return application.run(verb, arguments)
 
 
 @pytest.fixture(scope="module")

@@ -31,9 +31,6 @@ class Airflow(Effect):
 @pytest.fixture
 def fit(tmp_path, monkeypatch) -> list[str]:
     """Settings of a diagnosis of a gyro that feels the air move."""
-    monkeypatch.chdir(tmp_path)
-    monkeypatch.setenv("HYDRA_FULL_ERROR", "0")
-    monkeypatch.setattr(sys, "argv", [])
     monkeypatch.syspath_prepend(tmp_path)
     monkeypatch.delitem(sys.modules, "air_effects", raising=False)
     (tmp_path / "conf" / "effects").mkdir(parents=True)

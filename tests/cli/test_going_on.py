@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import shutil
-import sys
 from pathlib import Path
 
 import numpy as np
@@ -14,13 +13,6 @@ from zoo.cli.application import run
 
 SIMULATED = ["data=simulated", "data.simulated.runs=1", "+data.simulated.profile=sine", "+data.simulated.sample_s=60", "data.files=[run_1.parquet]"]
 GYRO = "defaults: [medium]\nrandom_walk: {}\n"
-
-
-@pytest.fixture(autouse=True)
-def _elsewhere(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.chdir(tmp_path)
-    monkeypatch.setenv("HYDRA_FULL_ERROR", "0")
-    monkeypatch.setattr(sys, "argv", [])
 
 
 def record(name: str, seed: int) -> None:

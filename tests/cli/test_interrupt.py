@@ -35,13 +35,6 @@ sys.exit(run("simulate", ["runs=1"]))
 """
 
 
-@pytest.fixture(autouse=True)
-def _elsewhere(tmp_path, monkeypatch) -> None:
-    monkeypatch.chdir(tmp_path)
-    monkeypatch.setenv("HYDRA_FULL_ERROR", "0")
-    monkeypatch.setattr(sys, "argv", [])
-
-
 @pytest.fixture
 def files() -> str:
     time = np.arange(0, 4 * 3600, 20.0)

@@ -44,8 +44,7 @@ def needs(*plugins: str) -> None:
 
 
 @pytest.fixture
-def recordings(tmp_path, monkeypatch) -> Path:
-    monkeypatch.chdir(tmp_path)
+def recordings(tmp_path) -> Path:
     seconds = np.arange(0, 4 * 3600, 20.0)
     temperature = 40 + 20 * np.sin(seconds / 2000)
     error = 0.2 * np.tanh((temperature - 35) / 8) + 0.01 * np.random.default_rng(1).normal(size=len(seconds))
@@ -64,9 +63,6 @@ def table() -> list[tuple[str, ...]]:
 
 @pytest.mark.parametrize("choice", SCHEMAS)
 def test_a_missing_plugin_gets_a_line_with_what_brings_it(choice, monkeypatch, tmp_path, capsys) -> None:
-    monkeypatch.chdir(tmp_path)
-    monkeypatch.setenv("HYDRA_FULL_ERROR", "0")
-    monkeypatch.setattr(sys, "argv", [])
     found = {name: kind for name, kind in Plugins.instance().class_name_to_class.items() if not name.startswith("hydra_plugins.")}
     monkeypatch.setattr(Plugins.instance(), "class_name_to_class", found)
     assert application.run("train", ["-m", f"hydra/{choice.replace('/', '=')}", "data.files=[a.csv]", "seed=1,2"]) == 2
@@ -170,7 +166,7 @@ def test_optuna_without_a_range_to_propose_from_is_refused(typed: list[str], cap
     assert "no setting is given as a range to propose values from" in capsys.readouterr().err
 
 
-def test_optuna_is_asked_nothing_where_it_has_nothing_to_do(capsys) -> None:
+def test_optuna_is_asked_nothing_where_it_has_nothing_to_do() -> None:
     """One job, and settings of a search that are given as such."""
     check_proposals(["--cfg", "job", "hydra/sweeper=optuna"])
     check_proposals(["-m", "hydra/sweeper=optuna", "model.hidden=range(2,5)"])

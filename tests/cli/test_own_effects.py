@@ -49,9 +49,6 @@ QUICK = ["runs=1", "profile=legs", "profile.legs=[[20,20,1200],[20,40,3600],[40,
 @pytest.fixture
 def folder(tmp_path, monkeypatch) -> Iterator[Path]:
     """The user's folder, on PYTHONPATH; whatever a verb and an import leave in the process is put back."""
-    monkeypatch.chdir(tmp_path)
-    monkeypatch.setenv("HYDRA_FULL_ERROR", "0")
-    monkeypatch.setattr(sys, "argv", [])
     monkeypatch.setattr(sys, "dont_write_bytecode", True)
     monkeypatch.syspath_prepend(tmp_path)
     (tmp_path / "conf" / "effects").mkdir(parents=True)

@@ -3,17 +3,14 @@
 from __future__ import annotations
 
 import json
-import os
-import sys
 from pathlib import Path
-from unittest import mock
 
 import pandas as pd
 import pytest
 import torch
 
 from zoo.catalog import build
-from zoo.cli import application
+from zoo.cli.application import run
 from zoo.measurements.read import read_runs
 from zoo.simulator.accelerometer.preset import HUI2016, PARAMETERS
 from zoo.simulator.accelerometer.runs import simulate_accelerometer
@@ -22,14 +19,8 @@ FILES = ["check.csv", "run_1.csv", "run_2.csv", "truth_1.csv", "truth_2.csv", "t
 HELD = "profile.legs=[[20,20,300]]"
 
 
-def run(verb: str, *arguments: str) -> int:
-    """The application in this process, which it leaves as it was."""
-    with mock.patch.object(sys, "argv", []), mock.patch.dict(os.environ, {"HYDRA_FULL_ERROR": "0"}):
-        return application.run(verb, list(arguments))
-
-
 def simulated(folder: Path, *arguments: str) -> Path:
-    assert run("simulate", "gyro=hui2016", *arguments, f"hydra.run.dir={folder}") == 0
+    assert run("simulate", ["gyro=hui2016", *arguments, f"hydra.run.dir={folder}"]) == 0
     return folder
 
 
@@ -78,7 +69,7 @@ def test_the_table_speaks_of_an_accelerometer_and_pulses(tmp_path: Path, capsys:
     assert "error std pulses" in shown
     assert "°/h" not in shown
     assert shown.strip().splitlines()[-1] == str(tmp_path)
-    run("simulate", "profile=legs", f"{HELD}", "runs=1", f"hydra.run.dir={tmp_path / 'gyro'}")
+    run("simulate", ["profile=legs", f"{HELD}", "runs=1", f"hydra.run.dir={tmp_path / 'gyro'}"])
     shown = capsys.readouterr().out
     assert "medium gyro, profile legs, seed 1" in shown
     assert "error std °/h" in shown
@@ -142,7 +133,7 @@ def test_a_number_of_the_accelerometer_can_be_set(tmp_path: Path) -> None:
     ],
 )
 def test_what_means_nothing_to_it_is_refused(tmp_path: Path, capsys: pytest.CaptureFixture[str], overrides: list[str], words: str) -> None:
-    assert run("simulate", "gyro=hui2016", *overrides, f"hydra.run.dir={tmp_path}") == 2
+    assert run("simulate", ["gyro=hui2016", *overrides, f"hydra.run.dir={tmp_path}"]) == 2
     message = capsys.readouterr().err
     assert words in message
     assert len(message.strip().splitlines()) <= 2
@@ -150,19 +141,19 @@ def test_what_means_nothing_to_it_is_refused(tmp_path: Path, capsys: pytest.Capt
 
 
 def test_a_diagnosis_of_too_few_rows_says_what_helps(folder: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    assert run("diagnose", f"data.files=[{folder}/run_1.csv]", f"hydra.run.dir={tmp_path}") == 2
+    assert run("diagnose", [f"data.files=[{folder}/run_1.csv]", f"hydra.run.dir={tmp_path}"]) == 2
     message = capsys.readouterr().err
     assert "no data.average_s helps, there are only 48 rows: give more runs, or record longer or more often" in message
-    assert run("diagnose", f"data.files=[{folder}/run_*.csv]", "data.average_s=40", f"hydra.run.dir={tmp_path}") == 2
+    assert run("diagnose", [f"data.files=[{folder}/run_*.csv]", "data.average_s=40", f"hydra.run.dir={tmp_path}"]) == 2
     assert "set data.average_s smaller" in capsys.readouterr().err
 
 
 def test_a_sweep_over_seeds_and_a_model_of_the_first(folder: Path, tmp_path: Path) -> None:
-    assert run("simulate", "-m", "gyro=hui2016", "seed=1,2", "runs=2", f"hydra.sweep.dir={tmp_path}/sweep") == 0
+    assert run("simulate", ["-m", "gyro=hui2016", "seed=1,2", "runs=2", f"hydra.sweep.dir={tmp_path}/sweep"]) == 0
     assert (tmp_path / "sweep" / "0" / "run_1.csv").read_bytes() == (folder / "run_1.csv").read_bytes()
     files = f"data.files=[{tmp_path}/sweep/0/run_1.csv]"
-    assert run("train", "model=polynomial", files, "data.average_s=null", f"hydra.run.dir={tmp_path}/line") == 0
+    assert run("train", ["model=polynomial", files, "data.average_s=null", f"hydra.run.dir={tmp_path}/line"]) == 0
     others = f"data.files=[{tmp_path}/sweep/1/run_1.csv]"
-    assert run("compare", f"runs=[{tmp_path}/line]", others, "data.average_s=null", f"hydra.run.dir={tmp_path}/compared") == 0
+    assert run("compare", [f"runs=[{tmp_path}/line]", others, "data.average_s=null", f"hydra.run.dir={tmp_path}/compared"]) == 0
     table = pd.read_csv(tmp_path / "compared" / "comparison.csv")
     assert (table["polynomial"] < 0.1 * table["uncompensated"]).all()

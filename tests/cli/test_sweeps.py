@@ -6,7 +6,6 @@ import csv
 import json
 import os
 import shlex
-import sys
 import threading
 from pathlib import Path
 
@@ -25,11 +24,8 @@ SWEEP = ["-m", *SETTINGS, "hydra.sweep.dir=sweep"]
 
 
 @pytest.fixture(autouse=True)
-def _recordings(tmp_path, monkeypatch) -> None:
+def _recordings() -> None:
     """Two runs of an error that bends with the temperature."""
-    monkeypatch.chdir(tmp_path)
-    monkeypatch.setenv("HYDRA_FULL_ERROR", "0")
-    monkeypatch.setattr(sys, "argv", [])
     time = np.arange(0, 4 * 3600, 20.0)
     for name, seed in (("a", 1), ("b", 2)):
         temperature = 40 + 20 * np.sin(time / 2000 + seed)
@@ -192,7 +188,7 @@ def test_a_seed_that_two_ensembles_have_counts_once() -> None:
     assert list(table["rms_median"]) == [3.0]
 
 
-def test_ensembles_that_share_seeds_are_one_method_with_each_seed_once(capsys) -> None:
+def test_ensembles_that_share_seeds_are_one_method_with_each_seed_once() -> None:
     assert train("model=bp", "init=random", "seed=1,2", "seeds=3", "epochs=20") == 0
     assert [row["n"] for row in rows()] == ["4"]
     assert application.run("compare", ["runs=[sweep]", "data.files=[b.csv]", "hydra.run.dir=compared"]) == 0

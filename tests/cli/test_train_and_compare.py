@@ -2,11 +2,8 @@
 
 import csv
 import json
-import os
 import shlex
-import sys
 from pathlib import Path
-from unittest import mock
 
 import pytest
 import torch
@@ -14,19 +11,13 @@ from tensorboard.backend.event_processing.event_accumulator import EventAccumula
 from tensorboard.plugins.hparams.plugin_data_pb2 import HParamsPluginData
 
 from zoo.catalog import load_model
-from zoo.cli import application
+from zoo.cli.application import run
 from zoo.cli.entrants import find_entrants, named
 from zoo.cli.export import _about
 from zoo.cli.next_commands import FITTED
 from zoo.cli.saved_models import load_saved
 
 STEP_S = 20
-
-
-def run(verb: str, arguments: list[str]) -> int:
-    """The application in this process, which it leaves as it was: it sets both for its own process's life."""
-    with mock.patch.object(sys, "argv", []), mock.patch.dict(os.environ, {"HYDRA_FULL_ERROR": "0"}):
-        return application.run(verb, arguments)
 
 
 @pytest.fixture(scope="module")

@@ -8,23 +8,16 @@ import shlex
 import subprocess
 import sys
 from pathlib import Path
-from unittest import mock
 
 import pytest
 from hydra.core.override_parser.overrides_parser import OverridesParser
 
-from zoo.cli import application
+from zoo.cli.application import run
 from zoo.cli.next_commands import stub_commands
 from zoo.report.unknown_stub import Stub
 
 PROGRAM = "profile.legs=[[20,20,1800],[20,50,3600],[50,50,1800],[50,0,3000],[0,0,1800],[0,20,3600],[20,20,1800]]"
 GYRO = ["hidden=aging", "amplitude=0.3", "runs=1", "profile=legs", PROGRAM, "sample_s=20", "thermometers=1", "seed=2", "pictures=false"]
-
-
-def run(verb: str, *arguments: str) -> int:
-    """The application in this process, which it leaves as it was."""
-    with mock.patch.object(sys, "argv", []), mock.patch.dict(os.environ, {"HYDRA_FULL_ERROR": "0"}):
-        return application.run(verb, list(arguments))
 
 
 def typed(commands: list[str], folder: Path) -> str:
@@ -36,13 +29,12 @@ def typed(commands: list[str], folder: Path) -> str:
 
 
 @pytest.mark.slow
-def test_the_class_is_written_and_its_commands_refit_with_it(tmp_path, capsys, monkeypatch) -> None:
+def test_the_class_is_written_and_its_commands_refit_with_it(tmp_path, capsys) -> None:
     (tmp_path / "conf" / "effects").mkdir(parents=True)
-    monkeypatch.chdir(tmp_path)
-    assert run("simulate", *GYRO, "hydra.run.dir=runs") == 0
+    assert run("simulate", [*GYRO, "hydra.run.dir=runs"]) == 0
     given = ["data.files=[runs/run_1.csv]", "candidates=[chamber_cycling]", f"hydra.searchpath=[file://{tmp_path}/conf]"]
     capsys.readouterr()
-    assert run("diagnose", *given, "hydra.run.dir=out") == 0
+    assert run("diagnose", [*given, "hydra.run.dir=out"]) == 0
     said = capsys.readouterr().out
     words = json.loads((tmp_path / "out" / "diagnosis.json").read_text())["unexplained_words"]
     assert "time since the run's start" in words
