@@ -44,11 +44,10 @@ def test_what_is_shorter_than_ten_minutes_belongs_to_the_stage_before_it(around:
     assert STEP_S * (shortest - 1) == 600
 
 
-@pytest.mark.parametrize(("rest", "stages"), [(2, [41, 1]), (5, [40, 5])])
-def test_the_last_stage_may_be_shorter(rest: int, stages: list[int]) -> None:
-    """A hold that the recording cuts off is a stage of its own, be it of a single block."""
+@pytest.mark.parametrize(("rest", "stages"), [(2, [42]), (5, [45]), (7, [40, 7])])
+def test_so_does_what_the_end_of_the_recording_cuts_off(rest: int, stages: list[int]) -> None:
     assert lengths((40, RAMP), (rest, 0.0)) == stages
 
 
-def test_so_may_the_first_for_there_is_none_before_it() -> None:
+def test_the_first_may_be_shorter_for_there_is_none_before_it() -> None:
     assert lengths((4, 0.0), (40, RAMP), (36, 0.0)) == [3, 41, 36]

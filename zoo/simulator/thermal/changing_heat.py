@@ -1,4 +1,7 @@
-"""Heat in one gyro whose coefficients follow its temperatures: the balance itself, as a solver of stiff equations wants it."""
+"""Heat in one gyro whose coefficients follow its temperatures: the balance itself, as a solver of stiff equations wants it.
+
+For `zoo.simulator.thermal.coefficients`, which shows what constant ones cost.
+"""
 
 from __future__ import annotations
 

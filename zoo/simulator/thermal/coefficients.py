@@ -1,4 +1,7 @@
-"""What the heat solver takes to be constant and is not: a gyro's coefficients at another temperature than 20 °C, and what that does to its ramps."""
+"""What the heat solver takes to be constant and is not: a gyro's coefficients at another temperature than 20 °C, and what that does to its ramps.
+
+No simulation uses it: a test and `benchmarks/constant_coefficients.py` show by it what the simplification costs.
+"""
 
 from __future__ import annotations
 
