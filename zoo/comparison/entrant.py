@@ -15,6 +15,7 @@ from zoo.comparison.facts import fitted_runs, uncompensated_rms
 from zoo.comparison.known_noise import KnownNoise
 from zoo.measurements.recording import JITTER
 from zoo.measurements.run import HELD_OUT, Run
+from zoo.scoring.stages import rms
 from zoo.units import convert
 
 WHOLE = {"holdout": "0", "points.where": "None", "points.fitted": "None", "points.checked": "0"}
@@ -63,7 +64,7 @@ class Entrant:
         parts = any(self.settings.get(f"data.{key}", whole) != whole for key, whole in WHOLE.items())
         if parts or run.name.endswith(HELD_OUT) or not isclose(own, run.average_s, rel_tol=JITTER):
             return named
-        here = convert(float(run.block_mean(run.error).square().mean().sqrt()), run.unit, self.unit(run))
+        here = convert(rms(run.block_mean(run.error)), run.unit, self.unit(run))
         if named:
             return name not in known or isclose(here, known[name], rel_tol=SAME_ERROR)
         return any(isclose(here, one, rel_tol=SAME_RUN) for one in known.values())
