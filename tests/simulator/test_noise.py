@@ -154,7 +154,7 @@ def test_impossible_noise_is_refused(value: object) -> None:
 
 def test_what_no_class_gives_is_a_number() -> None:
     assert Noise(rate_ramp=-0.1).rate_ramp == -0.1
-    with pytest.raises(InputError, match=r"rate_ramp=inf: a number is possible"):
+    with pytest.raises(InputError, match=r"rate_ramp=inf: a finite number is expected"):
         Noise(rate_ramp=math.inf)
     with pytest.raises(InputError, match=r"thermometer_c=None: a number from 0 up is possible"):
         Noise(thermometer_c=None)  # type: ignore[arg-type]

@@ -47,10 +47,10 @@ def run(config: DictConfig, out: Path) -> Path:
     Returns:
         The folder; the new file where there is one.
     """
-    device = usable_device(config.torch_device)
+    device, asked = usable_device(config.torch_device), str(config.run)
     data: dict[str, Any] = OmegaConf.to_container(config.data, resolve=True, throw_on_missing=True)  # type: ignore[assignment]
     check_settings(data["reference"], data["average_s"], data["gap_s"], data["bad_rows"])
-    saved = find_model("run", str(config.run))
+    saved = find_model("run", asked)
     layouts = _layouts(_as_trained(data, saved))
     targets = _targets([one.path for one in layouts], out)
     with threads_for(0):
