@@ -109,10 +109,16 @@ def test_jobs_in_other_processes_end_as_they_do_in_this_one(launcher, recordings
 
 
 @pytest.mark.slow
-def test_a_sweep_that_was_killed_goes_on_where_it_was(recordings) -> None:
+def test_a_sweep_that_was_killed_goes_on_where_it_was(recordings, monkeypatch) -> None:
     """Its workers end with it; the same command finishes what they left, as if nothing had been."""
     needs("hydra_joblib_launcher")
-    typed = ["model=bp", "init=random", "epochs=5000,20", "seed=1", "hydra/launcher=joblib", "hydra.launcher.n_jobs=2"]
+    # Checkpoints come early, so that a worker is far from its end when one is there, however quick the machine.
+    Path("mine.py").write_text(
+        "import zoo.training.checkpoints\nfrom zoo.models.bp import BP\nzoo.training.checkpoints.EVERY_S = 0.1\nclass Mine(BP):\n    pass\n"
+    )
+    monkeypatch.setenv("PYTHONPATH", os.pathsep.join([str(recordings), os.environ.get("PYTHONPATH", "")]))
+    jobs = ["init=random", "epochs=5000,20", "seed=1", "hydra/launcher=joblib", "hydra.launcher.n_jobs=2"]
+    typed = ["model=bp", "model._target_=mine.Mine", *jobs]
     killed = subprocess.Popen([*FOGZOO, *SWEEP, *typed], stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL, start_new_session=True)
     deadline = time.monotonic() + 120
     while not Path("sweep/0/last.ckpt").is_file() and time.monotonic() < deadline:

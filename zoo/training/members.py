@@ -117,7 +117,7 @@ def read_members(folder: Path) -> list[Member]:
     if not (folder / MEMBERS).is_file():
         raise InputError(f"{folder}: no ensemble here ({MEMBERS} is missing); give the output folder of a train command with seeds=2 or more")
     try:
-        kept = torch.load(folder / MEMBERS, weights_only=True, map_location="cpu")
+        kept = dict(torch.load(folder / MEMBERS, weights_only=True, map_location="cpu"))
         return [Member(seed, state) for seed, state in zip(kept["seeds"], kept["states"], strict=True)]
     except UNREADABLE as error:
         raise InputError(f"{folder / MEMBERS}: damaged ({in_brief(error)}); train it again") from error
