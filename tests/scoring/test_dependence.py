@@ -33,3 +33,9 @@ def test_a_constant_is_one() -> None:
 
 def test_a_quantity_that_does_not_vary_explains_nothing() -> None:
     assert shares(NOISE, {"supply": torch.full_like(NOISE, 5.0)})["supply"] < 1e-20
+
+
+def test_ten_hours_at_some_hundred_hertz_are_not_too_many() -> None:
+    """Torch's own quantiles take no more than 2²⁴ values."""
+    rising = torch.arange(2.0**24 + 1, dtype=torch.float32)
+    assert shares((rising > rising.mean()).to(torch.float64), {"time": rising})["time"] == pytest.approx(0.5, abs=1e-3)  # the mean is the other half

@@ -159,7 +159,8 @@ def test_the_verb(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     [
         *["runs=0", "runs=many", "sample_s=1e9", "hidden=nosuch", "gyro=big", "profile=nosuch", "profile.legs=[[20,-300,60]]", "profile.legs=20"],
         *["gyro.package_s=-1", "nosuch=1", "+gyro.nosuch=1", "noise.random_walk=-1", "+profile.nosuch=1", "effects=[nosuch]", "parameters=3"],
-        *["+parameters.mohr.coefficient=big", "gyro.effects=3", "gyro.conductivity=-1", "gyro.layers=0", "gyro.pattern=spiral", "gyro.trimmed=2"],
+        *["+parameters.mohr.coefficient=big", "+parameters.mohr.coefficient=null", "+parameters.mohr.coefficient=[1]", "gyro.effects=3"],
+        *["gyro.conductivity=-1", "gyro.layers=0", "gyro.pattern=spiral", "gyro.trimmed=2"],
         *["gyro.diameter_m=0.005", "heat=3d", "devices=0", "devices=two", "thermometers=[roof]", "thermometers=9", "latitude_deg=100"],
         *["chamber.lag_s=-1", "chamber.overshoot=2", "chamber=nosuch", "cold_start=maybe", "amplitude=-1", "reference_dph=fast"],
     ],
