@@ -64,7 +64,7 @@ def side_by_side(work: Callable[[T], R], items: Iterable[T]) -> list[R]:
         return [work(item) for item in given]
     begun, pace, done = time.monotonic(), _paces.get(kind), list[R]()
     with _alone():
-        while len(done) < len(given) and (pace is None or pace * (len(given) - len(done)) < WORTH_S):
+        while len(done) < len(given) and pace is not None and pace * (len(given) - len(done)) < WORTH_S:
             done.append(work(given[len(done)]))
             pace = (time.monotonic() - begun) / len(done)
     rest = given[len(done) :]

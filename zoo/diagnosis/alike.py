@@ -11,6 +11,7 @@ from zoo.diagnosis.workbench import Workbench
 from zoo.effects.bounds import to_physical, to_unit
 from zoo.fitting.projection import complement, orthonormal
 from zoo.fitting.variable_projection import fit
+from zoo.side_by_side import side_by_side
 
 REFINEMENTS = 10
 PROMISING = 0.5
@@ -45,7 +46,8 @@ def indistinguishable(bench: Workbench, more: Solved, name: str, candidates: lis
     beside = Beside(more.design, more.design.places(more.fit.theta), basis, signal, bench.whitener, bench.span_s)
     allowed = max(INDISTINGUISHABLE, MODEL_ERROR * energy)
     others = [other for other in candidates if other not in more.names]
-    return [other for other in others if _left(bench, beside, other) < allowed]
+    left = side_by_side(lambda other: _left(bench, beside, other), others)
+    return [other for other, cost in zip(others, left, strict=True) if cost < allowed]
 
 
 def _left(bench: Workbench, beside: Beside, other: str) -> float:

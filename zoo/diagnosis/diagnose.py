@@ -219,7 +219,8 @@ def _candidates(bench: Workbench, found: Search, names: list[str], weighed: list
     likely = {name for name in strong if posterior(first)[name] > UNLIKELY} | set(found.missing)
     others = [name for name in names if name not in found.missing]
     tried = [trial.screened.name for trial in first.trials]
-    entries = side_by_side(lambda name: _candidate(bench, found, name, chance[name], others if name in likely else []), tried)
+    entries = [_candidate(bench, found, name, chance[name], others) for name in tried if name in likely]  # each beside all others side by side
+    entries += side_by_side(lambda name: _candidate(bench, found, name, chance[name], []), [name for name in tried if name not in likely])
     rank = {name: i for i, name in enumerate(found.missing)}
     return sorted(entries, key=lambda entry: (rank.get(entry["effect"], len(rank)), -entry["probability"], entry["delta_bic"]))
 

@@ -11,7 +11,7 @@ from functools import cached_property, partial
 import torch
 from torch import Tensor
 
-from zoo.diagnosis.shape_search import Beside, costs, unusual
+from zoo.diagnosis.shape_search import Beside, apart, costs, unusual
 from zoo.effects.base import Effect, History
 from zoo.effects.bounds import to_unit
 from zoo.fitting.design import Design, close_starts, coarse_starts
@@ -51,9 +51,10 @@ class Elsewhere:
         self.design, self.theta = design, theta
 
     def look(self, effect: Effect, shapes: Tensor, span_s: float) -> Tensor:
-        """θ (P+S,) with the coil and the shape of an effect that are likeliest together, everything else being as it is.
+        """(K, P+S) θ with coils and shapes of an effect that are likely together, everything else being as it is, the likeliest first.
 
-        Many shapes are tried at the means of blocks; that of the coil which suits them best then by samples.
+        Many shapes are tried at the means of blocks, each at the coil that suits it best; the best one's surroundings then by samples. The next ones
+        are of shapes apart from those before them.
 
         Args:
             effect: to be added.
@@ -66,16 +67,18 @@ class Elsewhere:
         price = unusual(effect, shapes).to(self.design.error)
         same = None if effect.place == "coil" else columns(effect, coils[0].places, shapes)
 
-        def best_at(coil: Coil) -> tuple[float, Tensor]:
+        def costs_at(coil: Coil) -> Tensor:
             tried = columns(effect, coil.places, shapes) if same is None else same
-            cost, best = (costs(tried, coil.basis, coil.residual) + price).min(dim=0)
-            return float(cost + self.design.prior.cost(coil.theta)), shapes[best]
+            return costs(tried, coil.basis, coil.residual) + price + self.design.prior.cost(coil.theta)
 
-        (_, shape), coil = min(zip(map(best_at, coils), coils, strict=True), key=lambda each: each[0][0])
+        least, where = torch.stack([costs_at(coil) for coil in coils]).min(dim=0)
+        found = apart(effect, shapes, least, span_s)
+        coil, shape = coils[where[found[0]]], shapes[found[0]]
         if many:
             beside = Beside(self.design, coil.places, coil.basis, coil.residual, self.design.whitener, span_s)
             shape = beside.closer(effect, *beside.best(effect, shape.unsqueeze(0)))[1]
-        return torch.cat([coil.theta, to_unit(shape, effect.shape).to(coil.theta)])
+        starts = [(coil, shape), *((coils[where[one]], shapes[one]) for one in found[1:])]
+        return torch.stack([torch.cat([coil.theta, to_unit(shape, effect.shape).to(coil.theta)]) for coil, shape in starts])
 
     @cached_property
     def _all(self) -> list[Coil]:

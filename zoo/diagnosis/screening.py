@@ -28,7 +28,7 @@ class Screened:
             unusual shape.
         freedom: parameters it would add, but for those in which nearly all gyros are the same.
         start: θ (P+S,) of the model with it where that explains more at another coil; None at the model's own.
-        looked: θ (P+S,) at the best of other coils, whether it explains more there or not; None where nobody looked.
+        looked: θ (K, P+S) at the best of other coils, the best first, whether it explains more there or not; None where nobody looked.
     """
 
     name: str
@@ -92,9 +92,10 @@ def _elsewhere(bench: Workbench, base: Solved, here: Screened, total: float) -> 
     Both under the noise that suits the model best, under which it leaves `total`.
     """
     effect, own = bench.effects[here.name], len(base.fit.theta)
-    start = base.elsewhere.look(effect, bench.shapes(here.name), bench.span_s)
+    looked = base.elsewhere.look(effect, bench.shapes(here.name), bench.span_s)
+    start = looked[0]
     noise, whitener = base.likely.noise, base.mixtures.whitener(base.likely.place)[1]
     shape, coil = to_physical(start[own:], effect.shape), start[:own]
     beside = Beside.under(base.design, coil, base.design.plain_columns(coil.unsqueeze(0)).squeeze(0), whitener, bench.span_s)
     gain = (total - beside.best(effect, shape.unsqueeze(0))[0]) * (base.mixtures.white / noise.white) ** 2
-    return replace(here, looked=start) if gain <= here.gain else replace(here, gain=gain, shape=shape, start=start, looked=start)
+    return replace(here, looked=looked) if gain <= here.gain else replace(here, gain=gain, shape=shape, start=start, looked=looked)

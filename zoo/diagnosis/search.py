@@ -259,8 +259,9 @@ def _exchange(bench: Workbench, found: Search, candidates: list[str], progress: 
     for name in found.missing if len(found.missing) > 1 else []:
         less = bench.without(found.final, name)
         own = bench.evidence(less, found.final)
-        trials = glances(bench, less, screen(bench, less, [one for one in candidates if one not in found.final.names]))
-        refit(bench, less, [trial for trial in trials if trial.evidence > own - WITHIN][:REFITS], progress, far=0)
+        trials = _looked_at(bench, found, less, [one for one in candidates if one not in found.final.names])
+        rivals = [trial for trial in trials if trial.evidence > own - WITHIN][:REFITS]
+        refit(bench, less, [trial for trial in rivals if not trial.refitted], progress, far=0)
         _remember(bench, found, less, trials)
         mine = Trial(Screened(name, torch.zeros(0), 0.0, 0), found.final, own, True)
         step = Step(less, sorted([mine, *trials], key=lambda trial: (not trial.refitted, -trial.evidence)), ACCEPT, name)
@@ -272,6 +273,15 @@ def _exchange(bench: Workbench, found: Search, candidates: list[str], progress: 
             step.chosen, changed = best.screened.name, True
             found.keep(_finished(bench, found.base, best.solved))
     return changed
+
+
+def _looked_at(bench: Workbench, found: Search, before: Solved, names: list[str]) -> list[Trial]:
+    """Candidates beside a model: as an earlier round beside the very same one left them, or as they look at a glance."""
+    for step in reversed(found.steps):
+        known = [replace(trial) for trial in step.trials if trial.screened.name in names]
+        if step.before is before and len(known) == len(names):
+            return sorted(known, key=lambda trial: -trial.evidence)
+    return glances(bench, before, screen(bench, before, names))
 
 
 def _remember(bench: Workbench, found: Search, less: Solved, trials: list[Trial]) -> None:

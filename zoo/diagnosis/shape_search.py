@@ -20,8 +20,10 @@ UNUSUAL, HALF = 6.0, 0.5
 RIVAL = 0.4
 """Share of the best shape's gain that another, apart from it, must have to be looked at as closely: what a line shows of its power midway between
 two frequencies of a grid. Means over blocks show a line and its image below their length at one frequency, and the grid meets one of them closer."""
-STEPS_APART = 1.5
-"""Steps of the grid by which shapes are apart where the effect does not say what is near."""
+STEPS_APART, SHARE_APART = 1.5, 0.15
+"""Steps of the grid, or the share of a range where that is less, by which shapes are apart where the effect does not say what is near."""
+FITS = 3
+"""How many shapes that are apart a fit starts from: what explains most on a grid often lies in another valley than the best of all."""
 MANY = 50
 """Shapes above which the columns of an effect without memory are computed at the means of each block, in single precision, to find the best."""
 
@@ -112,8 +114,17 @@ def alike(effect: Effect, shapes: Tensor, shape: Tensor, span_s: float) -> Tenso
     if says_what_is_near(effect):
         near = effect.shapes_near(shape, span_s)
         return ((shapes >= near.amin(0)) & (shapes <= near.amax(0))).all(-1)
-    steps = (to_unit(shapes, effect.shape) - to_unit(shape, effect.shape)).abs() * torch.tensor([float(one.grid) for one in effect.shape]).to(shapes)
-    return (steps < STEPS_APART).all(-1)
+    most = torch.tensor([min(STEPS_APART / one.grid, SHARE_APART) for one in effect.shape]).to(shapes)
+    return ((to_unit(shapes, effect.shape) - to_unit(shape, effect.shape)).abs() < most).all(-1)
+
+
+def apart(effect: Effect, shapes: Tensor, costs: Tensor, span_s: float) -> list[int]:
+    """Places of the cheapest of some shapes (G, S), no two of them near each other; of an effect that says what is near, which then is enough, one."""
+    costs, found = costs.clone(), list[int]()
+    while len(found) < (1 if says_what_is_near(effect) or not effect.shape else FITS) and not (found and bool(costs.isinf().all())):
+        found.append(int(costs.argmin()))
+        costs[alike(effect, shapes, shapes[found[-1]], span_s)] = torch.inf
+    return found
 
 
 def unusual(effect: Effect, shapes: Tensor) -> Tensor:

@@ -11,7 +11,7 @@ from torch import Tensor
 
 from zoo.diagnosis.noise_likelihood import START, NoiseMixtures, Place, gain
 from zoo.diagnosis.preparation import reference_varies, without_outliers
-from zoo.diagnosis.shape_search import Beside, alike, says_what_is_near, unusual
+from zoo.diagnosis.shape_search import Beside, apart, says_what_is_near, unusual
 from zoo.diagnosis.solved import Solved
 from zoo.effects.base import Effect
 from zoo.effects.bounds import to_physical, to_unit
@@ -33,9 +33,9 @@ QUIET = 0.7
 VARIED_REFERENCE = "a reference that changes"
 WORTH_RESHAPING, RESHAPED = 2.0, 2
 """χ² that another shape must gain for the fit to start from there once more, and how often it may."""
-WORTH_A_FIT, FITS = 0.7, 2
-"""Share of the gain of the best start that one of another shape must have to be fitted from as well, and how many are: the better of two starts may
-lead to the worse of two minima."""
+WORTH_A_FIT = 0.7
+"""Share of the gain of the best start that one of another shape must have to be fitted from as well: the better of two may lead to the worse of two
+minima."""
 COARSE, FINE = 1e-3, 1e-5
 """Tolerance of the fit of a candidate, which decides by evidence of 5 and more, and of a model that is kept."""
 
@@ -162,36 +162,32 @@ class Workbench:
             shape: (S,) physical.
             far: whether other shapes are tried elsewhere, where the base leaves much.
             start: θ (P+S,) elsewhere, where it is known.
-            looked: θ (P+S,) elsewhere, where all shapes were tried there already.
+            looked: θ (K, P+S) elsewhere, where all shapes were tried there already.
         """
         effect = self.effects[name]
-        near = self._with_shapes(base, effect, shape.unsqueeze(0))
-        if start is None:
-            widely = far and base.rms > FAR * self.mixtures.white
-            shapes = self.shapes(name) if widely else shape.unsqueeze(0)
-            start = looked if widely and looked is not None else base.elsewhere.look(effect, shapes, self.span_s)
-        starts = self._apart(base, name, torch.cat([near, start.unsqueeze(0)]), FITS if far else 1)
+        widely = far and base.rms > FAR * self.mixtures.white
+        elsewhere = looked if widely or start is not None else None
+        if elsewhere is None and start is not None:
+            elsewhere = start.unsqueeze(0)
+        if elsewhere is None:
+            elsewhere = base.elsewhere.look(effect, self.shapes(name) if widely else shape.unsqueeze(0), self.span_s)
+        starts = self._apart(base, name, torch.cat([self._with_shapes(base, effect, shape.unsqueeze(0)), elsewhere]), far)
         return min((self.fitted((*base.names, name), [one], COARSE) for one in starts), key=lambda one: one.total)
 
-    def _apart(self, base: Solved, name: str, starts: Tensor, most_fits: int) -> list[Tensor]:
+    def _apart(self, base: Solved, name: str, starts: Tensor, far: bool) -> list[Tensor]:
         """Where to fit a model with one more effect from: the cheapest of some θ (G, P+S).
 
         Of several, unless the effect says itself where a fit would not find its way, all shapes of its grid are among them, and of those that are
         apart the cheapest of others that gain nearly as much are taken as well.
         """
         effect, design = self.effects[name], self.design((*base.names, name))
-        if most_fits == 1 or says_what_is_near(effect) or not effect.shape:
+        if not far or says_what_is_near(effect) or not effect.shape:
             return [cheapest(design, starts)]
         starts = torch.cat([starts, self._with_shapes(base, effect, self.shapes(name))])
         costs = design.cost(starts)
         shapes, least = to_physical(starts[:, len(base.fit.theta) :], effect.shape), float(costs.min())
         most = least + (1 - WORTH_A_FIT) * (base.fit.total - least)
-        chosen: list[Tensor] = []
-        while len(chosen) < most_fits and (not chosen or float(costs.min()) <= most):
-            best = costs.argmin()
-            chosen.append(starts[best])
-            costs = torch.where(alike(effect, shapes, shapes[best], self.span_s), torch.inf, costs)
-        return chosen
+        return [starts[one] for one in apart(effect, shapes, costs, self.span_s) if float(costs[one]) <= most]
 
     def _with_shapes(self, base: Solved, effect: Effect, shapes: Tensor) -> Tensor:
         """(G, P+S) θ of a model with one more effect of some physical shapes (G, S), all else as it is."""

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -14,8 +14,12 @@ from zoo.fitting.prior import Prior
 from zoo.fitting.projection import Projection, project
 
 STEP = 1e-4
-DAMPINGS, HEAVY = (1e-5, 1e-3, 1e-2, 0.1, 1.0, 10.0), (300.0,)
-"""Tried at once, and where none of these gains anything to speak of (one step in forty)."""
+DAMPINGS, HEAVY = (0.01, 10.0, 100.0, 1e3, 1e4, 1e5), (1e6,)
+"""Tried at once, and where none of these gains anything to speak of (one step in forty): information added to that on each parameter (Levenberg
+1944), in that of one residual of the usual size which moves by as much as the parameter. Shares of each one's own (Marquardt 1963) let those of which
+the runs say little go far and spoil a step that is good for all others: one fit in five did not get off its start."""
+SINGULAR = 1e-12
+"""Of the largest information on a parameter, added to that on each."""
 AGAIN = (2.0, 8.0)
 """Multiples of the last step that are tried as well (a pattern move, Hooke & Jeeves 1961): along a bent valley damped steps creep one way."""
 REACH = 0.25
@@ -169,7 +173,7 @@ def fit(
     weigh: Callable[[Tensor], Tensor] = _as_they_are,
     prior: Prior | None = None,
 ) -> Fit:
-    """Variable projection with Levenberg–Marquardt steps (Golub & Pereyra 1973; Kaufman 1975), several dampings and longer ways tried at once.
+    """Variable projection with Levenberg's steps (Golub & Pereyra 1973; Kaufman 1975), several dampings and longer ways tried at once.
 
     Args:
         columns: (B, P) parameters in 0…1 -> (B, N, K) columns.
@@ -186,12 +190,13 @@ def fit(
     here = _linearise(columns, weigh, target, theta)
     while taken < iterations and theta.numel() and little < PATIENCE:
         normal, slope = _normal(theta, here.columns, here.tangent, here.solution.residual, prior)
-        steps, hoped = _steps(normal, slope, DAMPINGS)
-        enough = tolerance * 100 * float(here.solution.cost) / target.numel()
+        usual = float(here.solution.cost) / target.numel()
+        steps, hoped = _steps(normal, slope, [usual * damping for damping in DAMPINGS])
+        enough = tolerance * 100 * usual
         if hoped < enough:
             break
         best, gain = theta, 0.0
-        for tried in ([*steps, *(times * last for times in AGAIN if taken)], _steps(normal, slope, HEAVY)[0]):
+        for tried in ([*steps, *(times * last for times in AGAIN if taken)], _steps(normal, slope, [usual * damping for damping in HEAVY])[0]):
             trials = (theta + torch.stack(tried)).clamp(0.0, 1.0)
             cost = project(weigh(columns(trials)), target).cost + prior.cost(trials)
             cost = torch.where(cost.isfinite(), cost, torch.inf)
@@ -258,8 +263,8 @@ def _normal(theta: Tensor, basis: Tensor, tangent: Tensor, residual: Tensor, pri
     return normal + torch.diag(1 - free), slope * free
 
 
-def _steps(normal: Tensor, slope: Tensor, dampings: tuple[float, ...]) -> tuple[list[Tensor], float]:
+def _steps(normal: Tensor, slope: Tensor, dampings: Iterable[float]) -> tuple[list[Tensor], float]:
     """(P,) each, one a damping; and by how much the first would lower the cost of a linear model if it were taken at its full length."""
-    scale = normal.diagonal().clamp_min(1e-12 * float(normal.diagonal().max()) + 1e-300)
-    steps = [torch.linalg.solve(normal + damping * torch.diag(scale), slope) for damping in dampings]
+    known, least = torch.eye(len(slope)).to(normal), SINGULAR * float(normal.diagonal().max()) + 1e-300
+    steps = [torch.linalg.solve(normal + (damping + least) * known, slope) for damping in dampings]
     return [step.clamp(-REACH, REACH) for step in steps], float(slope @ steps[0])
