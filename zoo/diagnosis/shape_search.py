@@ -119,9 +119,13 @@ def alike(effect: Effect, shapes: Tensor, shape: Tensor, span_s: float) -> Tenso
 
 
 def apart(effect: Effect, shapes: Tensor, costs: Tensor, span_s: float) -> list[int]:
-    """Places of the cheapest of some shapes (G, S), no two of them near each other; of an effect that says what is near, which then is enough, one."""
+    """Places of the cheapest of some shapes (G, S), no two of them near each other.
+
+    One is enough of an effect that has no shape, or that says itself what is near.
+    """
+    most = 1 if says_what_is_near(effect) or not effect.shape else FITS
     costs, found = costs.clone(), list[int]()
-    while len(found) < (1 if says_what_is_near(effect) or not effect.shape else FITS) and not (found and bool(costs.isinf().all())):
+    while len(found) < most and not (found and bool(costs.isinf().all())):
         found.append(int(costs.argmin()))
         costs[alike(effect, shapes, shapes[found[-1]], span_s)] = torch.inf
     return found
