@@ -214,6 +214,7 @@ def test_what_does_not_last_is_done_here_and_what_does_by_copies(three, monkeypa
 
         return side_by_side(where, items)
 
+    assert len(set(worked(0.001, range(3), together=3))) == 3, "nobody knows yet"
     assert worked(0.001, range(20)) == [HERE] * 20
     suddenly = worked(0.2, range(-1, 6), together=3)
     assert suddenly[0] == HERE, "short the last time"

@@ -46,8 +46,9 @@ def side_by_side(work: Callable[[T], R], items: Iterable[T]) -> list[R]:
     """The results for each item, in their order, by this process and copies of it, with one core each.
 
     Where only one is allowed, within one of them, in another thread than the main one, and where a GPU works, one item is done after the other; so
-    are the first ones, until they show that the rest is worth copies. What a copy does not bring, for whatever reason, is done here, so that errors
-    are raised as ever. Each of several finds what was remembered before the first, and leaves nothing to the next: see `of_item`.
+    are those of work that was short the last time, until they show that the rest is worth copies. What a copy does not bring, for whatever reason, is
+    done here, so that errors are raised as ever. Each of several finds what was remembered before the first, and leaves nothing to the next: see
+    `of_item`.
 
     Args:
         work: must not need what it does for another item, nor tell anybody of it: what it leaves behind besides its result is lost in a copy, and

@@ -11,6 +11,7 @@ from zoo.diagnosis.diagnose import open_bench
 from zoo.diagnosis.elsewhere import Elsewhere
 from zoo.diagnosis.screening import screen
 from zoo.diagnosis.trials import AT_REST, WANTED, Trial, _worth_arefit
+from zoo.diagnosis.workbench import Guess
 
 
 @pytest.mark.parametrize(("rms", "count"), [(0.99 * AT_REST, 1), (2.0 * AT_REST, 3)])
@@ -26,7 +27,7 @@ def test_where_a_screening_looked_already_a_refit_does_not_look_again(runs, cata
     solved = bench.begin(tuple(base))
     found = screen(bench, solved, ["hysteresis"])[0]
     assert found.looked is not None
-    looked = bench.extended(solved, "hysteresis", found.shape)
+    looked = bench.extended(solved, [Guess("hysteresis", found.shape)])[0]
     monkeypatch.setattr(Elsewhere, "look", None)
-    known = bench.extended(solved, "hysteresis", found.shape, looked=found.looked)
+    known = bench.extended(solved, [Guess("hysteresis", found.shape, looked=found.looked)])[0]
     torch.testing.assert_close(known.theta, looked.theta)

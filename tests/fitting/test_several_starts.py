@@ -31,7 +31,7 @@ def made(seed: int) -> Design:
     return Design(GrayBox(effects, list(runs[0].columns)), runs, Whitener(noise_of(runs), blocks_of(runs)))
 
 
-@pytest.mark.parametrize(("seed", "trap"), [(1, False), (2, False), (4, True), (11, True), (24, False), (28, True)])
+@pytest.mark.parametrize(("seed", "trap"), [(1, False), (2, False), (4, True), (11, True), (24, False), (28, False)])
 def test_no_single_start_of_the_grid_ends_much_lower(seed, trap) -> None:
     """Of some gyros the fit from the most promising start ends high above the least."""
     design = made(seed)

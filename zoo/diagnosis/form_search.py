@@ -11,7 +11,7 @@ from zoo.diagnosis.parameters import fitted_parameters
 from zoo.diagnosis.quantities import CLOCK, RATE, Quantity
 from zoo.diagnosis.screening import Here, Screened
 from zoo.diagnosis.solved import Solved
-from zoo.diagnosis.workbench import Workbench
+from zoo.diagnosis.workbench import Guess, Workbench
 from zoo.effects.base import Effect
 from zoo.fitting.parameters import Fitted
 from zoo.fitting.variable_projection import Fit, fit
@@ -118,8 +118,8 @@ class FormBench:
         new = list({one.effect.name: one for one in tried if one.effect.name not in self._refitted}.values())
         self.bench.effects.update({one.effect.name: one.effect for one in new})
         far = self.at is self.base
-        fits = side_by_side(lambda one: self.bench.extended(self.at, one.effect.name, one.screened.shape, far), new)
-        for one, found in zip(new, fits, strict=True):
+        guesses = [Guess(one.effect.name, one.screened.shape, far=far) for one in new]
+        for one, found in zip(new, self.bench.extended(self.at, guesses), strict=True):
             solved = self.bench.taken((*self.at.names, one.effect.name), found, self.at.likely.place)
             evidence = self.bench.evidence(self.base, solved)
             self._refitted[one.effect.name] = Tried(one.quantity, one.form, one.effect, one.screened, solved, evidence, True)

@@ -123,7 +123,7 @@ def _climb(bench: Workbench, base: Solved, added: list[str], progress: Callable[
     for place, name in enumerate(added, 1):
         progress(f"refitting with {name}")
         before = solutions[-1]
-        solutions.append(bench.known((*before.names, name)) or bench.finish(bench.add(before, name), tuple(added[:place])))
+        solutions.append(bench.known((*before.names, name)) or bench.add(before, name, tuple(added[:place])))
     return solutions
 
 

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 from zoo.diagnosis.screening import Screened, screen
 from zoo.diagnosis.solved import Solved
-from zoo.diagnosis.workbench import Workbench
+from zoo.diagnosis.workbench import Guess, Workbench
 from zoo.fitting.variable_projection import Fit
 from zoo.side_by_side import side_by_side
 
@@ -90,13 +90,11 @@ def round_of(bench: Workbench, before: Solved, names: list[str], accept: float, 
 def refit(bench: Workbench, before: Solved, trials: list[Trial], progress: Callable[[str], None], far: int = LOOKED_FAR) -> None:
     """Fit the nonlinear parameters of some trials; of the first `far` of them the shape is looked for at other places of the coil as well."""
 
-    def one(ranked: tuple[int, Trial]) -> Fit:
-        rank, guess = ranked[0], ranked[1].screened
-        return bench.extended(before, guess.name, guess.shape, rank < far, guess.start, guess.looked)
-
     if trials:
         progress(f"{' + '.join(before.names)} + {' or '.join(trial.screened.name for trial in trials)}?")
-    for trial, found in zip(trials, side_by_side(one, enumerate(trials)), strict=True):
+    screened = [trial.screened for trial in trials]
+    guesses = [Guess(one.name, one.shape, one.start, one.looked, rank < far) for rank, one in enumerate(screened)]
+    for trial, found in zip(trials, bench.extended(before, guesses), strict=True):
         trial.solved = bench.taken((*before.names, trial.screened.name), found, before.likely.place)
         trial.evidence, trial.refitted = bench.evidence(before, trial.solved), True
 

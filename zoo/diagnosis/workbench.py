@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import copy
 import math
+from dataclasses import dataclass
 from functools import cached_property
 
 import torch
@@ -38,6 +39,25 @@ WORTH_A_FIT = 0.7
 minima."""
 COARSE, FINE = 1e-3, 1e-5
 """Tolerance of the fit of a candidate, which decides by evidence of 5 and more, and of a model that is kept."""
+
+
+@dataclass(frozen=True, eq=False)
+class Guess:
+    """Where one more effect may be.
+
+    Attributes:
+        name: of the effect.
+        shape: (S,) physical.
+        start: θ (P+S,) elsewhere, where it is known.
+        looked: θ (K, P+S) elsewhere, where all shapes were tried there already.
+        far: whether other shapes are tried, elsewhere as well where the model leaves much.
+    """
+
+    name: str
+    shape: Tensor
+    start: Tensor | None = None
+    looked: Tensor | None = None
+    far: bool = True
 
 
 class Workbench:
@@ -151,31 +171,28 @@ class Workbench:
             shape: (S,) physical.
             start: θ (P+S,) elsewhere, where it is known.
         """
-        return self.taken((*base.names, name), self.extended(base, name, shape, start=start), base.likely.place)
+        return self.taken((*base.names, name), self.extended(base, [Guess(name, shape, start)])[0], base.likely.place)
 
-    def extended(self, base: Solved, name: str, shape: Tensor, far: bool = True, start: Tensor | None = None, looked: Tensor | None = None) -> Fit:
-        """The same without anything being kept of it, see `fitted`.
+    def extended(self, base: Solved, guesses: list[Guess]) -> list[Fit]:
+        """The same of several effects, each by itself, without anything being kept of it, see `fitted`."""
+        starts = [(i, one) for i, found in enumerate(side_by_side(lambda guess: self._starts(base, guess), guesses)) for one in found]
+        fits = side_by_side(lambda start: self.fitted((*base.names, guesses[start[0]].name), [start[1]], COARSE), starts)
+        own = [[found for (owner, _), found in zip(starts, fits, strict=True) if owner == i] for i in range(len(guesses))]
+        return [min(found, key=lambda one: one.total) for found in own]
 
-        Args:
-            base: the model before.
-            name: of the effect.
-            shape: (S,) physical.
-            far: whether other shapes are tried elsewhere, where the base leaves much.
-            start: θ (P+S,) elsewhere, where it is known.
-            looked: θ (K, P+S) elsewhere, where all shapes were tried there already.
-        """
-        effect = self.effects[name]
-        widely = far and base.rms > FAR * self.mixtures.white
-        elsewhere = looked if widely or start is not None else None
-        if elsewhere is None and start is not None:
-            elsewhere = start.unsqueeze(0)
+    def _starts(self, base: Solved, guess: Guess) -> list[Tensor]:
+        """Where to fit a model with one more effect from."""
+        effect, shape = self.effects[guess.name], guess.shape.unsqueeze(0)
+        widely = guess.far and base.rms > FAR * self.mixtures.white
+        elsewhere = guess.looked if widely or guess.start is not None else None
+        if elsewhere is None and guess.start is not None:
+            elsewhere = guess.start.unsqueeze(0)
         if elsewhere is None:
-            elsewhere = base.elsewhere.look(effect, self.shapes(name) if widely else shape.unsqueeze(0), self.span_s)
-        starts = self._apart(base, name, torch.cat([self._with_shapes(base, effect, shape.unsqueeze(0)), elsewhere]), far)
-        return min((self.fitted((*base.names, name), [one], COARSE) for one in starts), key=lambda one: one.total)
+            elsewhere = base.elsewhere.look(effect, self.shapes(guess.name) if widely else shape, self.span_s)
+        return self._apart(base, guess.name, torch.cat([self._with_shapes(base, effect, shape), elsewhere]), guess.far)
 
     def _apart(self, base: Solved, name: str, starts: Tensor, far: bool) -> list[Tensor]:
-        """Where to fit a model with one more effect from: the cheapest of some θ (G, P+S).
+        """The cheapest of some θ (G, P+S) of a model with one more effect.
 
         Of several, unless the effect says itself where a fit would not find its way, all shapes of its grid are among them, and of those that are
         apart the cheapest of others that gain nearly as much are taken as well.
@@ -232,12 +249,12 @@ class Workbench:
         """The solution of these effects, if it was found before."""
         return self._solved.get(frozenset(names))
 
-    def add(self, base: Solved, name: str) -> Solved:
-        """Refit with one more effect, its shape searched for."""
+    def add(self, base: Solved, name: str, added: tuple[str, ...] = ()) -> Solved:
+        """Refit with one more effect, its shape searched for; `added` are those whose shapes are searched for once more then, see `finish`."""
         from zoo.diagnosis.screening import screen  # screening works on a bench
 
         found = screen(self, base, [name])[0]
-        return self.finish(self.extend(base, name, found.shape, start=found.start))
+        return self.finish(self.extend(base, name, found.shape, start=found.start), added)
 
     def peek(self, base: Solved, name: str, shape: Tensor, start: Tensor | None = None) -> Solved:
         """One more effect without a refit of anything nonlinear: at the base's coil, or at θ (P+S,) elsewhere."""

@@ -17,6 +17,7 @@ from zoo.report.time_figure import Shade, time_figure
 from zoo.report.trace import Trace, rms, worst_first
 from zoo.report.verdict import Rung
 from zoo.report.wording import Scale, Sides, finite
+from zoo.side_by_side import side_by_side
 from zoo.units import convert
 
 RUNS_DRAWN = 8
@@ -53,25 +54,32 @@ def shades(where: list[dict[str, Any]], run: str) -> list[Shade]:
     return found
 
 
-def run_drawings(trace: Trace, where: list[dict[str, Any]], scale: Scale, floor: float | None, sides: Sides, salt: str) -> RunDrawings:
-    """Draw one run.
+def run_drawings(traces: list[Trace], where: list[dict[str, Any]], scale: Scale, floors: Floors, sides: Sides) -> list[RunDrawings]:
+    """Draw runs, one drawing beside the other.
 
     Args:
-        trace: the run.
+        traces: the runs.
         where: the diagnosis' regions, worst first.
         scale: how values are written.
-        floor: noise floor of this run [output's unit].
+        floors: the noise floors of all runs.
         sides: what the two models are called.
-        salt: distinguishes the drawings on one page.
     """
-    caption, look = _caption(trace, scale, floor, sides), (scale, floor, sides)
-    with styled(f"{salt}t"):
-        over_time = inline_svg(time_figure(trace, shades(where, trace.run), *look), f"{trace.run} against time. {caption}")
-    with styled(f"{salt}c"):
-        over_temperature = inline_svg(residual_against_temperature(trace, *look), f"{trace.run}: residual against temperature, by stage")
-    with styled(f"{salt}r"):
-        over_rate = inline_svg(residual_against_rate(trace, *look), f"{trace.run}: residual against temperature rate, by stage")
-    return RunDrawings(trace, caption, over_time, over_temperature, over_rate)
+    own = [floors.of(trace.role, trace.run) for trace in traces]
+    captions = [_caption(trace, scale, floor, sides) for trace, floor in zip(traces, own, strict=True)]
+
+    def drawing(item: tuple[str, int]) -> Markup:
+        kind, i = item
+        trace, look = traces[i], (scale, own[i], sides)
+        with styled(f"r{i}{kind[0]}"):
+            if kind == "time":
+                return inline_svg(time_figure(trace, shades(where, trace.run), *look), f"{trace.run} against time. {captions[i]}")
+            against = residual_against_temperature if kind == "temperature" else residual_against_rate
+            what = "temperature" if kind == "temperature" else "temperature rate"
+            return inline_svg(against(trace, *look), f"{trace.run}: residual against {what}, by stage")
+
+    longest_first = [(kind, i) for kind in ("time", "temperature", "rate") for i in range(len(traces))]
+    drawn = dict(zip(longest_first, side_by_side(drawing, longest_first), strict=True))
+    return [RunDrawings(trace, captions[i], drawn["time", i], drawn["temperature", i], drawn["rate", i]) for i, trace in enumerate(traces)]
 
 
 def _caption(trace: Trace, scale: Scale, floor: float | None, sides: Sides) -> str:

@@ -23,7 +23,6 @@ from zoo.report.trace import Trace, rms
 from zoo.report.unknown_section import unknown_section
 from zoo.report.verdict import Record, ladder, missing, rms_after, unexplained, unfitted, verdict_of
 from zoo.report.wording import DIAGNOSED, REFINED, Scale, finite, joined, significant
-from zoo.side_by_side import side_by_side
 
 REGIONS_SHOWN = 8
 REFINE = ("fogzoo", "refine")
@@ -82,9 +81,7 @@ def _context(diagnosis: Record, traces: list[Trace], refinement: Record | None, 
         "tiles": _tiles(diagnosis, traces, refinement, scale, floors),
         "commands": commands,
         "unit": scale.label,
-        "runs": side_by_side(
-            lambda one: run_drawings(one[1], where, scale, floors.of(one[1].role, one[1].run), sides, f"r{one[0]}"), enumerate(pictured)
-        ),
+        "runs": run_drawings(pictured, where, scale, floors, sides),
         "allan": allan_drawing(traces, known_noise(diagnosis), scale, sides),
         "undrawn": [trace.run for trace in traces if trace not in pictured],
         "regions": tables.region_rows(where, scale, floors if refinement and floors.fitted else None),
