@@ -11,12 +11,12 @@ import pytest
 import torch
 from torch import Generator
 
-from zoo.diagnosis import acceptance
+from zoo.diagnosis import acceptance, search
 from zoo.diagnosis.acceptance import ACCEPT, FIRST, accepted, convinces
 from zoo.diagnosis.diagnose import Diagnosis, diagnose, open_bench
 from zoo.diagnosis.posterior import hypotheses
 from zoo.diagnosis.screening import Screened, screen
-from zoo.diagnosis.search import PAIRED, Search, _drop, _remember, _single, _singles, _white
+from zoo.diagnosis.search import PAIRED, Search, _drop, _looked_at, _remember, _single, _singles, _white
 from zoo.diagnosis.trials import Step, Trial, glances, refit
 from zoo.effects.earlier import before_each
 from zoo.effects.hysteresis import play
@@ -93,6 +93,19 @@ def test_what_leaves_least_is_tried_with_a_second_effect_although_it_is_unlikely
     assert _singles(Search(base, base, [replace(first, trials=[*better, own, glance])])) == [*better[:-1], own], "among however many"
     assert _singles(Search(base, base, [replace(first, trials=[own, glance])])) == [own, glance], "one that was only looked at where there is room"
     assert _singles(Search(base, base, [replace(first, trials=[replace(glance, evidence=-7.0)])])) == []
+
+
+def test_what_was_asked_beside_the_very_same_model_is_not_asked_again(diagnosis, monkeypatch) -> None:
+    found = diagnosis("bias_step")
+    first = found.search.steps[0]
+    names = [trial.screened.name for trial in first.trials if trial.screened.name != "aging"]
+    monkeypatch.setattr(search, "screen", None)
+    again = _looked_at(found.bench, found.search, first.before, names)
+    assert [one.screened.name for one in again] == sorted(names, key=[trial.screened.name for trial in first.trials].index)
+    assert again[0] is not first.trials[0], "a round stays as it was"
+    assert again[0].solved is first.trials[0].solved
+    with pytest.raises(TypeError, match="not callable"):
+        _looked_at(found.bench, found.search, replace(first.before), names)
 
 
 @pytest.mark.slow

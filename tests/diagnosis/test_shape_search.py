@@ -7,6 +7,7 @@ import torch
 
 from zoo.diagnosis.diagnose import open_bench
 from zoo.diagnosis.screening import Here
+from zoo.diagnosis.shape_search import FITS, apart
 from zoo.diagnosis.trials import round_of
 from zoo.effects.base import Effect, History, Parameter
 from zoo.simulator.in_process import as_run
@@ -40,6 +41,23 @@ def test_of_two_minima_the_lower_is_found(simulation, base, catalogue, seed, cen
     bench = open_bench(runs, base, {**{name: catalogue[name] for name in base}, "bump": Bump()})
     model = round_of(bench, bench.begin(tuple(base)), ["bump"], 3.0, lambda told: None).trials[0].solved.model
     assert float(dict(model.named_effects())["bump"].shape_value[0].detach()) == pytest.approx(centre, abs=1.0)
+
+
+def test_shapes_to_start_from_are_apart_and_the_cheapest_first(catalogue) -> None:
+    effect = Bump()
+    shapes = effect.shapes_to_try(36000.0, 2)
+    costs = (shapes[:, 0] - 11.0).square() + shapes[:, 1]
+    found = apart(effect, shapes, costs, 36000.0)
+    assert len(found) == FITS
+    assert found[0] == int(costs.argmin())
+    assert costs[found].tolist() == sorted(costs[found].tolist())
+    close = torch.cat([shapes, shapes[found[0]] + torch.tensor([[0.5, 0.0]])])
+    cheap = torch.cat([costs, costs[found[:1]] + 1e-3])
+    assert apart(effect, close, cheap, 36000.0) == found, "what is next to the best leads where that does"
+    assert len(apart(effect, shapes[:1], costs[:1], 36000.0)) == 1, "no more than there are"
+    fringes = catalogue["polarization"]
+    grid = fringes.shapes_to_try(36000.0, 2)
+    assert len(apart(fringes, grid, torch.arange(float(len(grid))), 36000.0)) == 1, "it says itself what is near"
 
 
 def paused(run, pause_s=15.0):

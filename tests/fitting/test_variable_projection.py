@@ -128,6 +128,23 @@ def test_a_bent_valley_is_followed_to_its_end() -> None:
     assert found.iterations <= 20
 
 
+@pytest.mark.parametrize("size", [0.01, 0.3])
+def test_one_parameter_that_misleads_does_not_hold_the_others_up(size) -> None:
+    """A jagged one, of which the data say hardly anything, or which is steep and leads nowhere."""
+    time = torch.linspace(0, 1, 400, dtype=torch.float64)
+
+    def columns(theta: Tensor) -> Tensor:
+        centre, jagged = theta[:, :1], 100.0 * theta[:, 1:]
+        return (torch.exp(-(((time - centre) / 0.15) ** 2)) + size * (jagged - jagged.floor()) * torch.cos(9 * time)).unsqueeze(-1)
+
+    noise = torch.randn(400, dtype=torch.float64, generator=Generator().manual_seed(0))
+    target = 50.0 * columns(torch.tensor([[0.6, 0.4]], dtype=torch.float64))[0, :, 0] + noise
+    for start in ((0.45, 0.5), (0.4, 0.72), (0.7, 0.13), (0.5, 0.9)):
+        found = fit(columns, target, torch.tensor(start, dtype=torch.float64))
+        assert found.total < float(noise.square().sum()) + 10.0
+        assert found.iterations <= 8
+
+
 def test_without_nonlinear_parameters_it_is_plain_least_squares() -> None:
     columns = torch.randn(50, 3, generator=Generator().manual_seed(1), dtype=torch.float64)
     truth = torch.tensor([1.0, -2.0, 3.0], dtype=torch.float64)

@@ -14,10 +14,13 @@ from zoo.fitting.prior import Prior
 from zoo.fitting.projection import Projection, project
 
 STEP = 1e-4
-DAMPINGS, HEAVY = (0.01, 10.0, 100.0, 1e3, 1e4, 1e5), (1e6,)
-"""Tried at once, and where none of these gains anything to speak of (one step in forty): information added to that on each parameter (Levenberg
-1944), in that of one residual of the usual size which moves by as much as the parameter. Shares of each one's own (Marquardt 1963) let those of which
-the runs say little go far and spoil a step that is good for all others: one fit in five did not get off its start."""
+DAMPINGS = (0.01, 10.0, 100.0, 1e3, 1e4, 1e5)
+"""Tried at once: information added to that on each parameter (Levenberg 1944), in that of one residual of the usual size which moves by as much as
+the parameter. With shares of each one's own alone, those of which the runs say little go far, and spoil a step that is good for all others: one fit
+in five did not get off its start."""
+SHARES = (0.1, 1.0, 10.0, 300.0)
+"""Tried where none of these gains anything to speak of (one step in forty): shares of each one's own (Marquardt 1963), for a steep one that leads
+nowhere."""
 SINGULAR = 1e-12
 """Of the largest information on a parameter, added to that on each."""
 AGAIN = (2.0, 8.0)
@@ -190,13 +193,13 @@ def fit(
     here = _linearise(columns, weigh, target, theta)
     while taken < iterations and theta.numel() and little < PATIENCE:
         normal, slope = _normal(theta, here.columns, here.tangent, here.solution.residual, prior)
-        usual = float(here.solution.cost) / target.numel()
-        steps, hoped = _steps(normal, slope, [usual * damping for damping in DAMPINGS])
+        usual, own = float(here.solution.cost) / target.numel(), normal.diagonal()
+        steps, hoped = _steps(normal, slope, [usual * damping * torch.ones_like(own) for damping in DAMPINGS])
         enough = tolerance * 100 * usual
         if hoped < enough:
             break
         best, gain = theta, 0.0
-        for tried in ([*steps, *(times * last for times in AGAIN if taken)], _steps(normal, slope, [usual * damping for damping in HEAVY])[0]):
+        for tried in ([*steps, *(times * last for times in AGAIN if taken)], _steps(normal, slope, [share * own for share in SHARES])[0]):
             trials = (theta + torch.stack(tried)).clamp(0.0, 1.0)
             cost = project(weigh(columns(trials)), target).cost + prior.cost(trials)
             cost = torch.where(cost.isfinite(), cost, torch.inf)
@@ -263,8 +266,8 @@ def _normal(theta: Tensor, basis: Tensor, tangent: Tensor, residual: Tensor, pri
     return normal + torch.diag(1 - free), slope * free
 
 
-def _steps(normal: Tensor, slope: Tensor, dampings: Iterable[float]) -> tuple[list[Tensor], float]:
-    """(P,) each, one a damping; and by how much the first would lower the cost of a linear model if it were taken at its full length."""
-    known, least = torch.eye(len(slope)).to(normal), SINGULAR * float(normal.diagonal().max()) + 1e-300
-    steps = [torch.linalg.solve(normal + (damping + least) * known, slope) for damping in dampings]
+def _steps(normal: Tensor, slope: Tensor, dampings: Iterable[Tensor]) -> tuple[list[Tensor], float]:
+    """(P,) each, one a damping (P,); and by how much the first would lower the cost of a linear model if it were taken at its full length."""
+    least = SINGULAR * float(normal.diagonal().max()) + 1e-300
+    steps = [torch.linalg.solve(normal + torch.diag(damping + least), slope) for damping in dampings]
     return [step.clamp(-REACH, REACH) for step in steps], float(slope @ steps[0])
