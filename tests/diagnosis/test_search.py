@@ -16,7 +16,8 @@ from zoo.diagnosis.acceptance import ACCEPT, FIRST, accepted, convinces
 from zoo.diagnosis.diagnose import Diagnosis, diagnose, open_bench
 from zoo.diagnosis.posterior import hypotheses
 from zoo.diagnosis.screening import Screened, screen
-from zoo.diagnosis.search import PAIRED, Search, _drop, _looked_at, _remember, _single, _singles, _white
+from zoo.diagnosis.search import PAIRED, Search, _drop, _looked_at, _remember, _single, _singles
+from zoo.diagnosis.settle import _white
 from zoo.diagnosis.trials import Step, Trial, glances, refit
 from zoo.effects.earlier import before_each
 from zoo.effects.hysteresis import play

@@ -10,7 +10,7 @@ import torch
 from zoo.diagnosis.diagnose import open_bench
 from zoo.diagnosis.elsewhere import Elsewhere
 from zoo.diagnosis.screening import screen
-from zoo.diagnosis.trials import AT_REST, WANTED, Trial, _worth_arefit, glances, refit
+from zoo.diagnosis.trials import AT_REST, WANTED, Trial, glances, refit, worth_a_refit
 from zoo.diagnosis.workbench import Guess
 from zoo.effects.bounds import to_unit
 from zoo.fitting.design import coarse_starts
@@ -21,8 +21,8 @@ from zoo.simulator.in_process import as_run
 def test_beside_noise_only_what_a_glance_has_something_of_is_refitted(rms, count) -> None:
     bench, before, seen = SimpleNamespace(mixtures=SimpleNamespace(white=1.0)), SimpleNamespace(rms=rms), SimpleNamespace(rms=rms)
     trials = [Trial(SimpleNamespace(name=str(i)), seen, evidence, False) for i, evidence in enumerate((WANTED + 0.1, WANTED - 0.1, -9.0, -12.0))]
-    assert _worth_arefit(bench, trials, before) == trials[:count]
-    assert (_worth_arefit(bench, trials[1:], before) == []) is (count == 1)
+    assert worth_a_refit(bench, trials, before) == trials[:count]
+    assert (worth_a_refit(bench, trials[1:], before) == []) is (count == 1)
 
 
 def test_where_a_screening_looked_already_a_refit_does_not_look_again(runs, catalogue, base, monkeypatch) -> None:

@@ -20,7 +20,8 @@ from zoo.diagnosis.parameters import fitted_parameters
 from zoo.diagnosis.posterior import Hypothesis, hypotheses, posterior, too_small, unknown
 from zoo.diagnosis.preparation import check_swing, without_spikes
 from zoo.diagnosis.regions import regions, runs_rms
-from zoo.diagnosis.search import Search, settle, what_helps
+from zoo.diagnosis.search import Search, what_helps
+from zoo.diagnosis.settle import settle
 from zoo.diagnosis.solved import Solved
 from zoo.diagnosis.strangers import strangers
 from zoo.diagnosis.structure import Structure, examine

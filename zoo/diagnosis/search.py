@@ -14,8 +14,6 @@ from zoo.diagnosis.solved import Solved
 from zoo.diagnosis.structure import leaves_noise
 from zoo.diagnosis.trials import OVERWHELMING, REFITS, Step, Trial, glances, refit, round_of
 from zoo.diagnosis.workbench import FAR, Workbench
-from zoo.scoring.noise import white_level
-from zoo.scoring.stages import rms
 
 HELPS = 0.3
 """Share of the variance that an addition must take away to be named where the rest stays unexplained (16 % in RMS)."""
@@ -31,10 +29,6 @@ NEAR = 1.2
 """RMS of a model fitted under the noise that was found, over that under the noise assumed at first, up to which it stands for the runs."""
 ALIKE = 1.0
 """χ² between two fits of the same effects that are one."""
-QUIETER = 0.75
-"""Ratio of white noise left to white noise assumed, below which the search is repeated."""
-RECONSIDER, SLOW = 2.0, 0.4
-"""Ratio of flicker found to flicker assumed, and share of random walk per √h, above which the search is repeated."""
 
 
 @dataclass(eq=False)
@@ -100,7 +94,7 @@ def search(bench: Workbench, base: Solved, candidates: list[str], progress: Call
     _agree(bench, found)
     # what was asked beside a worse fit of the final model is no answer
     asked = [step for step in found.steps if set(step.before.names) == set(found.final.names)]
-    if asked and not _same(asked[-1].before, found.final):
+    if asked and not same(asked[-1].before, found.final):
         _exchange(bench, found, candidates, progress)
         found.steps.append(_round_beside(bench, found.final, found, candidates, progress))
     return found
@@ -138,7 +132,7 @@ def _single(bench: Workbench, found: Search) -> bool:
     for single in _singles(found):
         if single.solved is None or not single.refitted or single.evidence < first.needed:
             continue
-        alone = _finished(bench, found.base, single.solved)
+        alone = finished(bench, found.base, single.solved)
         if leaves_noise(bench, alone, found.base):
             first.chosen = single.screened.name
             found.keep(alone)
@@ -168,7 +162,7 @@ def _pair(bench: Workbench, found: Search, candidates: list[str], progress: Call
             or single.evidence + best.evidence < found.steps[0].needed + step.needed
         ):
             continue
-        both = pruned(bench, _finished(bench, found.base, best.solved), found.base)
+        both = pruned(bench, finished(bench, found.base, best.solved), found.base)
         if len(both.names) == len(best.solved.names) and leaves_noise(bench, both, found.base):
             step.chosen = best.screened.name
             found.keep(both)
@@ -201,7 +195,7 @@ def _forward(bench: Workbench, found: Search, candidates: list[str], progress: C
             return
         assert best.solved is not None
         step.chosen = best.screened.name
-        found.keep(pruned(bench, _finished(bench, found.base, best.solved), found.base))
+        found.keep(pruned(bench, finished(bench, found.base, best.solved), found.base))
 
 
 def _round_beside(bench: Workbench, now: Solved, found: Search, candidates: list[str], progress: Callable[[str], None]) -> Step:
@@ -220,7 +214,7 @@ def _by_evidence(bench: Workbench, found: Search, candidates: list[str], progres
         if frozenset(other.final.names) in seen or len(other.missing) >= MOST_ADDED:
             return False
         seen.add(frozenset(other.final.names))
-        known = next((step for step in found.steps if _same(step.before, other.final)), None)
+        known = next((step for step in found.steps if same(step.before, other.final)), None)
         step = replace(known, chosen=None) if known else _round_beside(bench, other.final, found, candidates, progress)
         other.steps.append(step)
         best = max((trial for trial in step.trials if trial.refitted), key=lambda trial: trial.evidence, default=None)
@@ -228,7 +222,7 @@ def _by_evidence(bench: Workbench, found: Search, candidates: list[str], progres
             return False
         step.chosen = best.screened.name
         here = [one for one in found.path if one.names == best.solved.names]
-        other.keep(here[-1] if here else pruned(bench, _finished(bench, found.base, best.solved), found.base))
+        other.keep(here[-1] if here else pruned(bench, finished(bench, found.base, best.solved), found.base))
         if len(other.missing) > 1 and not leaves_noise(bench, other.final, found.base):
             other.keep(_looked_again(bench, other.final, other.missing[:-1]))
     found.final, found.path[:], found.steps[:] = other.final, other.path, other.steps
@@ -237,7 +231,7 @@ def _by_evidence(bench: Workbench, found: Search, candidates: list[str], progres
     return True
 
 
-def _same(one: Solved, other: Solved) -> bool:
+def same(one: Solved, other: Solved) -> bool:
     """Whether two models have the same effects, fitted about as far."""
     return set(one.names) == set(other.names) and abs(one.fit.total - other.fit.total) < ALIKE
 
@@ -271,7 +265,7 @@ def _exchange(bench: Workbench, found: Search, candidates: list[str], progress: 
             continue
         if best_of(bench, found.base, [best, mine]) is best or leaves_noise(bench, best.solved, found.base):
             step.chosen, changed = best.screened.name, True
-            found.keep(_finished(bench, found.base, best.solved))
+            found.keep(finished(bench, found.base, best.solved))
     return changed
 
 
@@ -307,47 +301,6 @@ def what_helps(found: Search) -> Search:
     return replace(found, final=kept)
 
 
-def settle(
-    bench: Workbench, names: tuple[str, ...], candidates: list[str], progress: Callable[[str], None] = lambda _: None
-) -> tuple[Workbench, Search]:
-    """Search, and once more without the outliers or weighted by the noise that the first search left, where there are any or that is another noise.
-
-    The white noise was read off differences of the error, which a fast effect enlarges; what is left of them tells better.
-
-    Args:
-        bench: the runs under the noise assumed at first.
-        names: the model as it stands.
-        candidates: effects that may be added.
-        progress: told what is being tried.
-    """
-    found = search(bench, bench.begin(names), candidates, progress)
-    for _ in range(PASSES):
-        white = _white(bench, found)
-        if white >= QUIETER * bench.mixtures.white:
-            break
-        bench = bench.with_white(white)
-        found = search(bench, bench.begin(names), candidates, progress)
-    clean = bench.without_outliers(found.final)
-    if clean is not bench:
-        bench = clean
-        found = search(bench, bench.begin(names), candidates, progress)
-    likely, assumed = found.final.likely.noise, bench.noise
-    as_assumed = likely.walk < SLOW * likely.white and likely.flicker < RECONSIDER * assumed.flicker
-    if as_assumed or bench.mixtures.much_walk(likely):
-        return bench, found
-    again = bench.with_noise(likely)
-    return again, replace(search(again, again.begin(names), candidates, progress), first=found.base)
-
-
-def _white(bench: Workbench, found: Search) -> float:
-    """White noise that is left [unit]: beside the final model, or the overwhelming addition to it that was refused for what the rest is like then.
-
-    Noise that is taken for louder than it is makes too little of what is slow, so that nothing seems to leave noise.
-    """
-    refused = [trial.solved for step in found.steps if _same(step.before, found.final) for trial in step.trials if trial.evidence > OVERWHELMING]
-    left = [one.residual for one in (found.final, *refused) if one is not None]
-    return min(min(white_level(list(one.split([run.blocks for run in bench.runs]))), rms(one)) for one in left)
-
-
-def _finished(bench: Workbench, base: Solved, solved: Solved) -> Solved:
+def finished(bench: Workbench, base: Solved, solved: Solved) -> Solved:
+    """A model fitted on, with the shapes of all that was added to the base looked at once more."""
     return bench.finish(solved, tuple(name for name in solved.names if name not in base.names))

@@ -82,7 +82,7 @@ def round_of(bench: Workbench, before: Solved, names: list[str], accept: float, 
     """
     trials = glances(bench, before, screen(bench, before, names))
     reached = min((trial.solved.rms for trial in trials if trial.solved is not None), default=0.0)
-    refit(bench, before, _worth_arefit(bench, trials, before) if reached <= least else [], progress)
+    refit(bench, before, worth_a_refit(bench, trials, before) if reached <= least else [], progress)
     trials.sort(key=lambda trial: (not trial.refitted, -trial.evidence))
     return Step(before, trials, accept)
 
@@ -117,7 +117,7 @@ def glances(bench: Workbench, before: Solved, candidates: list[Screened]) -> lis
     return [known.get(one.name) or Trial(one, None, min(guess, most), False) for one, guess in zip(candidates, guesses, strict=True)]
 
 
-def _worth_arefit(bench: Workbench, trials: list[Trial], before: Solved) -> list[Trial]:
+def worth_a_refit(bench: Workbench, trials: list[Trial], before: Solved) -> list[Trial]:
     """The candidates with the largest evidence at a glance that are not far behind the first, and the one with the largest gain: a bent coil may hide
     either. And the one that leaves least, where that is little of what there was: before it a walk had taken that over. Beside what is noise already,
     those for which a glance has more than nothing."""
