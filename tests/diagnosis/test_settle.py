@@ -1,0 +1,67 @@
+"""The second search, under the noise that the first one found."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import pytest
+
+from zoo.diagnosis import settle, trials
+from zoo.diagnosis.diagnose import open_bench
+from zoo.diagnosis.search import search
+from zoo.diagnosis.settle import reweighed
+from zoo.scoring.noise import NoiseModel
+
+
+@pytest.fixture(scope="module")
+def first(request):
+    """A search to its end, and the same runs with four times the flicker and a walk."""
+    made = {}
+
+    def of(runs, base, catalogue, hidden: str):
+        if hidden not in made:
+            few = {name: catalogue[name] for name in (*base, "hysteresis", "aging", "bias_step", "moisture")}
+            bench = open_bench(runs(hidden), base, few)
+            candidates = [name for name in few if name not in base]
+            noise = bench.noise
+            again = bench.with_noise(NoiseModel(noise.white, 4 * noise.flicker, 0.2 * noise.white))
+            made[hidden] = bench, search(bench, bench.begin(tuple(base)), candidates), again, candidates
+        return made[hidden]
+
+    return of
+
+
+@pytest.mark.parametrize("hidden", ["hysteresis", "bias_step", ""])
+def test_it_ends_where_a_whole_one_ends(first, runs, base, catalogue, monkeypatch, hidden) -> None:
+    bench, found, again, candidates = first(runs, base, catalogue, hidden)
+    by_itself = bench.with_noise(again.noise)
+    whole = search(by_itself, by_itself.begin(tuple(base)), candidates)
+    monkeypatch.setattr(trials, "screen", None)
+    straight = reweighed(again, found)
+    assert straight is not None
+    assert straight.missing == whole.missing == ([hidden] if hidden else [])
+    assert straight.base.fit.total == pytest.approx(whole.base.fit.total, abs=0.5)
+    assert straight.final.fit.total == pytest.approx(whole.final.fit.total, abs=0.5)
+    for mine, other in zip(straight.steps, whole.steps, strict=True):
+        assert mine.chosen == other.chosen
+        best, its = mine.trials[0], other.trials[0]
+        if mine.chosen:
+            assert best.evidence == pytest.approx(its.evidence, abs=1.0)
+        else:
+            assert max(best.evidence, its.evidence) < mine.needed - 3.0, "noise, of which each may see another part"
+
+
+def test_no_round_of_the_first_search_is_changed(first, runs, base, catalogue) -> None:
+    _, found, again, _ = first(runs, base, catalogue, "hysteresis")
+    before = [(step.chosen, [(trial.screened.name, trial.evidence, trial.solved) for trial in step.trials]) for step in found.steps]
+    reweighed(again, found)
+    assert [(step.chosen, [(trial.screened.name, trial.evidence, trial.solved) for trial in step.trials]) for step in found.steps] == before
+
+
+def test_where_it_would_decide_otherwise_or_did_not_go_straight_there_is_none(first, runs, base, catalogue, monkeypatch) -> None:
+    _, found, again, _ = first(runs, base, catalogue, "hysteresis")
+    assert reweighed(again, replace(found, steps=[*found.steps, found.steps[-1]])) is None, "something was asked again"
+    last = replace(found.steps[-1], chosen="aging")
+    assert reweighed(again, replace(found, steps=[found.steps[0], last])) is None, "another was added"
+    monkeypatch.setattr(settle, "leaves_noise", lambda *_: False)
+    assert reweighed(again, found) is None
