@@ -6,14 +6,12 @@ import math
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 
-import torch
-
 from zoo.diagnosis.acceptance import ACCEPT, accepted, best_of, convinces, pruned
 from zoo.diagnosis.screening import Screened, screen
 from zoo.diagnosis.solved import Solved
 from zoo.diagnosis.structure import leaves_noise
 from zoo.diagnosis.trials import OVERWHELMING, REFITS, Step, Trial, glances, refit, round_of
-from zoo.diagnosis.workbench import FAR, Workbench
+from zoo.diagnosis.workbench import FAR, Workbench, theta_without
 
 HELPS = 0.3
 """Share of the variance that an addition must take away to be named where the rest stays unexplained (16 % in RMS)."""
@@ -247,17 +245,17 @@ def _looked_again(bench: Workbench, solved: Solved, names: list[str]) -> Solved:
 def _exchange(bench: Workbench, found: Search, candidates: list[str], progress: Callable[[str], None]) -> bool:
     """Put another effect in the place of each that was added, where that is likelier beside the others; whether anything changed.
 
-    The first that was added was chosen while the second was missing, and may have been bent to make up for both.
+    The first that was added was chosen while the second was missing, and may have been bent to make up for both. So what takes its place is fitted
+    beside the others as they are now as well.
     """
     changed = False
     for name in found.missing if len(found.missing) > 1 else []:
         less = bench.without(found.final, name)
         own = bench.evidence(less, found.final)
         trials = _looked_at(bench, found, less, [one for one in candidates if one not in found.final.names])
-        rivals = [trial for trial in trials if trial.evidence > own - WITHIN][:REFITS]
-        refit(bench, less, [trial for trial in rivals if not trial.refitted], progress, far=0)
+        refit(bench, less, [trial for trial in trials if trial.evidence > own - WITHIN][:REFITS], progress, 0, theta_without(found.final, name))
         _remember(bench, found, less, trials)
-        mine = Trial(Screened(name, torch.zeros(0), 0.0, 0), found.final, own, True)
+        mine = Trial(Screened(name, found.final.shape_of(name), 0.0, 0), found.final, own, True)
         step = Step(less, sorted([mine, *trials], key=lambda trial: (not trial.refitted, -trial.evidence)), ACCEPT, name)
         found.steps.append(step)
         best = step.trials[0]

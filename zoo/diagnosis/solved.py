@@ -89,6 +89,10 @@ class Solved:
             at += len(effect.amplitudes)
         return found
 
+    def shape_of(self, name: str) -> Tensor:
+        """(S,) an effect's shape as it was fitted, physical."""
+        return dict(self.model.named_effects())[name].shape_value.detach()
+
     def price(self, effects: dict[str, list[int]], each: float) -> float:
         """What the parameters cost in evidence, when the columns of some effects are trimmed under the likeliest noise, with the χ² lost by that.
 

@@ -8,7 +8,6 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import torch
-from torch import Tensor
 
 from zoo.diagnosis.free_functions import anywhere, functions_of, weigh
 from zoo.diagnosis.moments import kurtosis, prominence, rarity
@@ -213,20 +212,15 @@ class _Test:
 
 def _lines(bench: Workbench, final: Solved, base: Solved) -> tuple[float, ...]:
     """Frequencies of the lines that were added [Hz], unless what is left around them is more than a wandering phase leaves."""
-    found = [line for name in final.names if name not in base.names for line in bench.effects[name].frequencies(_shape(final, name))]
+    found = [line for name in final.names if name not in base.names for line in bench.effects[name].frequencies(final.shape_of(name))]
     if not found:
         return ()
     whole, rest = (sum(float(power.sum()) for power, _ in periodograms(bench, final, lines)) for lines in ((), tuple(found)))
     explained = 0.0
     for name, own in final.places().items():
-        if name not in base.names and bench.effects[name].frequencies(_shape(final, name)):
+        if name not in base.names and bench.effects[name].frequencies(final.shape_of(name)):
             explained += float((final.plain_columns[:, own] @ final.fit.amplitudes[own]).square().sum()) / bench.mixtures.white**2
     return tuple(found) if 2.0 * (whole - rest) < WANDERS * explained else ()
-
-
-def _shape(solved: Solved, name: str) -> Tensor:
-    """(S,) an effect's shape as it was fitted."""
-    return dict(solved.model.named_effects())[name].shape_value.detach()
 
 
 def _jumps(bench: Workbench, final: Solved, alone: bool, forgiven: float) -> float:

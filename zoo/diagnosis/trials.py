@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+
+from torch import Tensor
 
 from zoo.diagnosis.screening import Screened, screen
 from zoo.diagnosis.solved import Solved
@@ -45,6 +47,14 @@ class Trial:
     solved: Solved | None
     evidence: float
     refitted: bool
+
+    @property
+    def guess(self) -> Guess:
+        """Where to fit it from."""
+        one = self.screened
+        if self.refitted and self.solved is not None:
+            return Guess(one.name, self.solved.shape_of(one.name), self.solved.fit.theta)
+        return Guess(one.name, one.shape, one.start, one.looked)
 
 
 @dataclass(eq=False)
@@ -87,13 +97,23 @@ def round_of(bench: Workbench, before: Solved, names: list[str], accept: float, 
     return Step(before, trials, accept)
 
 
-def refit(bench: Workbench, before: Solved, trials: list[Trial], progress: Callable[[str], None], far: int = LOOKED_FAR) -> None:
-    """Fit the nonlinear parameters of some trials; of the first `far` of them the shape is looked for at other places of the coil as well."""
+def refit(
+    bench: Workbench, before: Solved, trials: list[Trial], progress: Callable[[str], None], far: int = LOOKED_FAR, others: Tensor | None = None
+) -> None:
+    """Fit the nonlinear parameters of some trials.
+
+    Args:
+        bench: the runs and effects.
+        before: the model.
+        trials: additions to it; one that was refitted before is fitted on.
+        progress: told what is being tried.
+        far: of so many of them the shape is looked for at other places of the coil as well.
+        others: θ (P,) of the model where it may be as well, see `zoo.diagnosis.workbench.Guess`.
+    """
 
     if trials:
         progress(f"{' + '.join(before.names)} + {' or '.join(trial.screened.name for trial in trials)}?")
-    screened = [trial.screened for trial in trials]
-    guesses = [Guess(one.name, one.shape, one.start, one.looked, rank < far) for rank, one in enumerate(screened)]
+    guesses = [replace(trial.guess, far=rank < far, others=others) for rank, trial in enumerate(trials)]
     for trial, found in zip(trials, bench.extended(before, guesses), strict=True):
         trial.solved = bench.taken((*before.names, trial.screened.name), found, before.likely.place)
         trial.evidence, trial.refitted = bench.evidence(before, trial.solved), True

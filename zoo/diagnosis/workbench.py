@@ -51,6 +51,7 @@ class Guess:
         start: θ (P+S,) elsewhere, where it is known.
         looked: θ (K, P+S) elsewhere, where all shapes were tried there already.
         far: whether other shapes are tried, elsewhere as well where the model leaves much.
+        others: θ (P,) of the model where all but this effect may be as well: it is fitted from there too.
     """
 
     name: str
@@ -58,6 +59,7 @@ class Guess:
     start: Tensor | None = None
     looked: Tensor | None = None
     far: bool = True
+    others: Tensor | None = None
 
 
 class Workbench:
@@ -189,7 +191,8 @@ class Workbench:
             elsewhere = guess.start.unsqueeze(0)
         if elsewhere is None:
             elsewhere = base.elsewhere.look(effect, self.shapes(guess.name) if widely else shape, self.span_s)
-        return self._apart(base, guess.name, torch.cat([self._with_shapes(base, effect, shape), elsewhere]), guess.far)
+        starts = self._apart(base, guess.name, torch.cat([self._with_shapes(base.fit.theta, effect, shape), elsewhere]), guess.far)
+        return starts if guess.others is None else [*starts, self._with_shapes(guess.others, effect, shape)[0]]
 
     def _apart(self, base: Solved, name: str, starts: Tensor, far: bool) -> list[Tensor]:
         """The cheapest of some θ (G, P+S) of a model with one more effect.
@@ -200,16 +203,15 @@ class Workbench:
         effect, design = self.effects[name], self.design((*base.names, name))
         if not far or says_what_is_near(effect) or not effect.shape:
             return [cheapest(design, starts)]
-        starts = torch.cat([starts, self._with_shapes(base, effect, self.shapes(name))])
+        starts = torch.cat([starts, self._with_shapes(base.fit.theta, effect, self.shapes(name))])
         costs = design.cost(starts)
         shapes, least = to_physical(starts[:, len(base.fit.theta) :], effect.shape), float(costs.min())
         most = least + (1 - WORTH_A_FIT) * (base.fit.total - least)
         return [starts[one] for one in apart(effect, shapes, costs, self.span_s) if float(costs[one]) <= most]
 
-    def _with_shapes(self, base: Solved, effect: Effect, shapes: Tensor) -> Tensor:
-        """(G, P+S) θ of a model with one more effect of some physical shapes (G, S), all else as it is."""
-        added = to_unit(shapes, effect.shape).to(base.fit.theta)
-        return torch.cat([base.fit.theta.expand(len(shapes), -1), added], dim=1)
+    def _with_shapes(self, theta: Tensor, effect: Effect, shapes: Tensor) -> Tensor:
+        """(G, P+S) θ of a model (P,) with one more effect of some physical shapes (G, S), all else as it is."""
+        return torch.cat([theta.expand(len(shapes), -1), to_unit(shapes, effect.shape).to(theta)], dim=1)
 
     def finish(self, solved: Solved, added: tuple[str, ...] = ()) -> Solved:
         """Fit on from a coarse solution, and again from wherever the shape of an added effect is better beside all the others as they are now.
@@ -270,9 +272,7 @@ class Workbench:
 
     def without(self, full: Solved, name: str) -> Solved:
         """Refit with one effect less, started from the full model's parameters; a solution that is known already stays where that start is worse."""
-        owners = [owner for owner, _ in full.model.parameters_of_theta()]
-        keep = torch.tensor([owner != name for owner in owners], dtype=torch.bool, device=full.fit.theta.device)
-        names, start = tuple(other for other in full.names if other != name), full.fit.theta[keep]
+        names, start = tuple(other for other in full.names if other != name), theta_without(full, name)
         known = self.known(names)
         if known is not None and known.names == names and float(known.design.cost(start.unsqueeze(0))) >= known.fit.total:
             return known
@@ -343,6 +343,12 @@ class Workbench:
     def with_effects(self, effects: dict[str, Effect]) -> Workbench:
         """The same runs and noise, with other effects to name."""
         return self._before(Workbench(self.runs, effects, self.noise, self.mixtures))
+
+
+def theta_without(full: Solved, name: str) -> Tensor:
+    """θ (P,) of a model without that of one effect."""
+    owners = [owner for owner, _ in full.model.parameters_of_theta()]
+    return full.fit.theta[torch.tensor([owner != name for owner in owners], dtype=torch.bool, device=full.fit.theta.device)]
 
 
 def _released(solved: Solved, added: tuple[str, ...]) -> Tensor:
