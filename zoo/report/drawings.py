@@ -70,7 +70,7 @@ def run_drawings(traces: list[Trace], where: list[dict[str, Any]], scale: Scale,
     def drawing(item: tuple[str, int]) -> Markup:
         kind, i = item
         trace, look = traces[i], (scale, own[i], sides)
-        with styled(f"r{i}{kind[0]}"):
+        with styled(f"r{i}{kind}"):
             if kind == "time":
                 return inline_svg(time_figure(trace, shades(where, trace.run), *look), f"{trace.run} against time. {captions[i]}")
             against = residual_against_temperature if kind == "temperature" else residual_against_rate
