@@ -16,8 +16,8 @@ from zoo.fitting.projection import Projection, project
 STEP = 1e-4
 DAMPINGS = (0.01, 10.0, 100.0, 1e3, 1e4, 1e5)
 """Tried at once: information added to that on each parameter (Levenberg 1944), in that of one residual of the usual size which moves by as much as
-the parameter. With shares of each one's own alone, those of which the runs say little go far, and spoil a step that is good for all others: one fit
-in five did not get off its start."""
+the parameter. With shares of each one's own alone, those of which the runs say little go far, and spoil a step that is good for all others: of one
+gyro's fits every fifth did not get off its start."""
 SHARES = (0.1, 1.0, 10.0, 300.0)
 """Tried where none of these gains anything to speak of (one step in forty): shares of each one's own (Marquardt 1963), for a steep one that leads
 nowhere."""
