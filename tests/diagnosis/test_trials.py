@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import copy
 from types import SimpleNamespace
 
 import pytest
@@ -34,6 +35,17 @@ def test_where_a_screening_looked_already_a_refit_does_not_look_again(runs, cata
     monkeypatch.setattr(Elsewhere, "look", None)
     known = bench.extended(solved, [Guess("hysteresis", found.shape, looked=found.looked)])[0]
     torch.testing.assert_close(known.theta, looked.theta)
+
+
+def test_coils_elsewhere_rest_on_nothing_that_one_process_remembers_and_another_does_not(runs, catalogue, base) -> None:
+    """Whichever asks first, of what is computed of many at once the last digits depend on what is left to be computed."""
+    bench = open_bench(runs("glass_transition"), base, catalogue)
+    solved = bench.begin(tuple(base))
+    without = copy.copy(solved.design)
+    without._remembered = None
+    for one, other in zip(Elsewhere(without, solved.fit.theta)._all, Elsewhere(solved.design, solved.fit.theta)._all, strict=True):
+        assert torch.equal(one.basis, other.basis)
+        assert torch.equal(one.residual, other.residual)
 
 
 @pytest.mark.parametrize(("name", "seed", "noises"), [("hysteresis", 1, 3.5), ("glass_transition", 3, 12.0), ("moisture", 2, 3.5)])

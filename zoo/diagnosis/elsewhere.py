@@ -82,27 +82,29 @@ class Elsewhere:
 
     @cached_property
     def _all(self) -> list[Coil]:
-        return self._at(coarse_starts(self.design, self.theta))
+        return self._at(*self._columns(coarse_starts(self.design, self.theta)))
 
     @cached_property
     def some(self) -> list[Coil]:
         """The places of one colour of a coarse grid, as on a chessboard."""
-        return self._at(coarse_starts(self.design, self.theta, thinned=True))
+        return self._at(*self._columns(coarse_starts(self.design, self.theta, thinned=True)))
 
     @cached_property
     def _close(self) -> list[Coil]:
-        return self._at(self._possible())
+        """Of a close grid, the coils at which the model is not much worse than where it is, and that one."""
+        places, columns = self._columns(torch.cat([self.theta.unsqueeze(0), close_starts(self.design, self.theta)]))
+        costs = project(columns, self.design.target).cost
+        possible = costs <= costs[0] + ALLOWED + (costs[0] - len(self.design.target)).clamp_min(0.0)
+        return self._at(places[possible], columns[possible])
 
-    def _at(self, places: Tensor) -> list[Coil]:
+    def _columns(self, places: Tensor) -> tuple[Tensor, Tensor]:
+        """θ (G, P) and the columns (G, N, K) there."""
+        return places, self.design.forgetful().columns(places)
+
+    def _at(self, places: Tensor, columns: Tensor) -> list[Coil]:
         def one(given: tuple[Tensor, Tensor]) -> Coil:
             basis = orthonormal(given[1])
             residual = complement(self.design.target.unsqueeze(-1), basis).squeeze(-1)
             return Coil(given[0], basis, residual, self.design.places(given[0]))
 
-        return [one(given) for given in zip(places, self.design.columns(places), strict=True)]
-
-    def _possible(self) -> Tensor:
-        """(G, P) of a close grid, the coils at which the model is not much worse than where it is, and that one."""
-        places = torch.cat([self.theta.unsqueeze(0), close_starts(self.design, self.theta)])
-        costs = project(self.design.columns(places), self.design.target).cost
-        return places[costs <= costs[0] + ALLOWED + (costs[0] - len(self.design.target)).clamp_min(0.0)]
+        return [one(given) for given in zip(places, columns, strict=True)]

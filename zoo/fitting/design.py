@@ -63,6 +63,12 @@ class Design:
         other.model = model.to(self.error.device)
         return other
 
+    def forgetful(self) -> Design:
+        """The same with nothing remembered: of what is asked for once, the last digits are then the same whatever was asked for before."""
+        other = copy.copy(self)
+        other._remembered = Remembered()
+        return other
+
     @cached_property
     def prior(self) -> Prior:
         """What is known of θ before."""
