@@ -341,8 +341,10 @@ class Workbench:
         return other
 
     def with_effects(self, effects: dict[str, Effect]) -> Workbench:
-        """The same runs and noise, with other effects to name."""
-        return self._before(Workbench(self.runs, effects, self.noise, self.mixtures))
+        """The same runs and noise, with other effects to name; what was solved of those that are the same is known."""
+        other = self._before(Workbench(self.runs, effects, self.noise, self.mixtures))
+        other._solved = {names: solved for names, solved in self._solved.items() if solved.names in other._earlier}
+        return other
 
 
 def theta_without(full: Solved, name: str) -> Tensor:

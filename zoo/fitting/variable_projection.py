@@ -19,8 +19,7 @@ DAMPINGS = (0.01, 10.0, 100.0, 1e3, 1e4, 1e5)
 the parameter. With shares of each one's own alone, those of which the runs say little go far, and spoil a step that is good for all others: of one
 gyro's fits every fifth did not get off its start."""
 SHARES = (0.1, 1.0, 10.0, 300.0)
-"""Tried where none of these gains anything to speak of (one step in forty): shares of each one's own (Marquardt 1963), for a steep one that leads
-nowhere."""
+"""Tried where none of these gains anything to speak of: shares of each one's own (Marquardt 1963), for a steep one that leads nowhere."""
 SINGULAR = 1e-12
 """Of the largest information on a parameter, added to that on each."""
 AGAIN = (2.0, 8.0)
