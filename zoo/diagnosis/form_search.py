@@ -73,7 +73,7 @@ class FormBench:
             base: the model that leaves something unexplained.
         """
         self.base = self.at = base
-        self.bench = Workbench(bench.runs, dict(bench.effects), bench.noise, bench.mixtures)
+        self.bench = Workbench(bench.runs, dict(bench.effects), bench.noise, bench.mixtures, bench.scatter)
         self.frees = functions_of(bench, base)
         self._refitted: dict[str, Tried] = {}
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import asdict, dataclass
-from math import isclose
+from math import hypot, isclose
 from typing import Any
 
 import torch
@@ -12,6 +12,7 @@ import torch
 from zoo.diagnosis.diagnose import Diagnosis, check_effects, diagnose
 from zoo.diagnosis.parameters import fitted_parameters
 from zoo.diagnosis.preparation import reference_varies
+from zoo.diagnosis.readings import scatter_in
 from zoo.diagnosis.regions import runs_rms
 from zoo.diagnosis.solved import Solved
 from zoo.diagnosis.strangers import strangers
@@ -26,7 +27,7 @@ from zoo.measurements.wrong_unit import too_hot
 from zoo.models.graybox import GrayBox
 from zoo.models.prediction import predict_blocks
 from zoo.models.reach import beyond
-from zoo.scoring.noise import CHECK_ALLOWED
+from zoo.scoring.noise import CHECK_ALLOWED, NoiseModel
 from zoo.scoring.stages import rms
 from zoo.threads import threads_for
 
@@ -134,7 +135,7 @@ def _record(bench: Workbench, solutions: list[Solved], structure: Structure, che
     ]
     floor = bench.noise_floor(solutions[-1]) if structure.is_noise else bench.mixtures.white
     noise = solutions[-1].likely.noise if structure.is_noise else None
-    floor_check = of_all(check_runs, [floor_of(run, noise) for run in check_runs]) if check_runs else None
+    floor_check = of_all(check_runs, [_floor_as_read(bench, solutions[-1].model, run, noise) for run in check_runs]) if check_runs else None
     borne_out = floor_check is None or (ladder[-1]["rms_check"] or 0.0) <= CHECK_ALLOWED * floor_check
     return {
         "schema_version": 1,
@@ -155,6 +156,12 @@ def _record(bench: Workbench, solutions: list[Solved], structure: Structure, che
         "beyond": beyond(solutions[-1].model, bench.runs, check_runs),
         "parameters": fitted_parameters(solutions[-1], bench.runs[0].unit),
     }
+
+
+def _floor_as_read(bench: Workbench, model: GrayBox, run: Run, noise: NoiseModel | None) -> float:
+    """The noise floor of a run that was not fitted, with what its readings add to it where the fitted ones' were drawn smooth [unit]."""
+    read = scatter_in(model, run) if bench.runs[0].steadied else 0.0
+    return hypot(floor_of(run, noise), read)
 
 
 def check_rms(model: GrayBox, runs: list[Run]) -> float | None:

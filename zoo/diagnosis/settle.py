@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from dataclasses import replace
 
 from zoo.diagnosis.acceptance import best_of, convinces
+from zoo.diagnosis.readings import without_scatter
 from zoo.diagnosis.search import Search, finished, same, search
 from zoo.diagnosis.solved import Solved
 from zoo.diagnosis.structure import leaves_noise
@@ -37,7 +39,12 @@ def settle(
         candidates: effects that may be added.
         progress: told what is being tried.
     """
+    bench = without_scatter(bench, [bench.begin(names)])
     found = search(bench, bench.begin(names), candidates, progress)
+    steady = without_scatter(bench, found.path)
+    if steady is not bench:
+        bench = steady
+        found = search(bench, bench.begin(names), candidates, progress)
     for _ in range(REPEATED):
         white = _white(bench, found)
         if white >= QUIETER * bench.mixtures.white:
@@ -60,11 +67,14 @@ def settle(
 def _white(bench: Workbench, found: Search) -> float:
     """White noise that is left [unit]: beside the final model, or the overwhelming addition to it that was refused for what the rest is like then.
 
+    What drawing readings smooth leaves is a part of it, though differences show nothing of that.
+
     Noise that is taken for louder than it is makes too little of what is slow, so that nothing seems to leave noise.
     """
     refused = [trial.solved for step in found.steps if same(step.before, found.final) for trial in step.trials if trial.evidence > OVERWHELMING]
     left = [one.residual for one in (found.final, *refused) if one is not None]
-    return min(min(white_level(list(one.split([run.blocks for run in bench.runs]))), rms(one)) for one in left)
+    levels = [math.hypot(white_level(list(one.split([run.blocks for run in bench.runs]))), bench.scatter) for one in left]
+    return min(min(level, rms(one)) for level, one in zip(levels, left, strict=True))
 
 
 def reweighed(bench: Workbench, found: Search, progress: Callable[[str], None] = lambda _: None) -> Search | None:

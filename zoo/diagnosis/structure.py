@@ -156,6 +156,11 @@ class _Test:
         return min(SHARE_ALLOWED * max(explained, 0.0), LEVEL_ALLOWED_AFTER)
 
     @cached_property
+    def coloured(self) -> float:
+        """Share of the noise variance that may go with one quantity or frequency: what is forgiven, and what drawing readings smooth left."""
+        return self.forgiven + (self.bench.scatter / self.bench.noise_floor(self.final)) ** 2
+
+    @cached_property
     def lines(self) -> tuple[float, ...]:
         """Frequencies of lines whose surroundings are their own [Hz]."""
         return _lines(self.bench, self.final, self.base)
@@ -197,13 +202,13 @@ class _Test:
         return self._wave(levels.evidence / (TWO_LEVELS if self.alone else TWO_LEVELS_BESIDE), levels.share)
 
     def _wave(self, strength: float, share: float) -> float:
-        return min(strength, share * (1.0 + self.excess) / self.forgiven if self.forgiven > 0 else math.inf)
+        return min(strength, share * (1.0 + self.excess) / self.coloured if self.coloured > 0 else math.inf)
 
     def _jumps(self) -> float:
         return _jumps(self.bench, self.final, self.alone, self.forgiven)
 
     def _shape(self) -> float:
-        allowed = MATERIAL + self.forgiven
+        allowed = MATERIAL + self.coloured
         return max((min(one.evidence / SIGNIFICANT, one.explains * (1.0 + self.excess) / allowed) for one in self.tried), default=0.0)
 
     def _outdone(self) -> float:

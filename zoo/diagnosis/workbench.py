@@ -65,7 +65,7 @@ class Guess:
 class Workbench:
     """The runs, their noise, and the effects that may be combined."""
 
-    def __init__(self, runs: list[Run], effects: dict[str, Effect], noise: NoiseModel, mixtures: NoiseMixtures) -> None:
+    def __init__(self, runs: list[Run], effects: dict[str, Effect], noise: NoiseModel, mixtures: NoiseMixtures, scatter: float = 0.0) -> None:
         """Keep what all fits share.
 
         Args:
@@ -73,8 +73,9 @@ class Workbench:
             effects: every effect that may be named, freshly built.
             noise: of the block means, what fits are weighted with.
             mixtures: what it may be.
+            scatter: RMS of what thermometers drawn smooth still make of a model's output, a part of the white noise [unit].
         """
-        self.runs, self.noise, self.mixtures = runs, noise, mixtures
+        self.runs, self.noise, self.mixtures, self.scatter = runs, noise, mixtures, scatter
         self.inputs = list(runs[0].columns)
         self.whitener = Whitener(noise, mixtures.runs)
         self.in_motion = any(starts_in_motion(run) for run in runs)
@@ -320,18 +321,21 @@ class Workbench:
 
     def with_white(self, white: float) -> Workbench:
         """The same runs with another level of white noise [unit]."""
-        noise = assumed(white, self.runs)
-        return self._before(Workbench(self.runs, self.effects, noise, NoiseMixtures(self.runs, noise.white)))
+        return self.with_runs(self.runs, white, self.scatter)
 
     def without_outliers(self, solved: Solved) -> Workbench:
         """The runs without the few isolated blocks that a model leaves far off; the same bench where there are none."""
         runs = without_outliers(self.runs, list(solved.residual.split([run.blocks for run in self.runs])), solved.likely.noise.white)
-        white = self.mixtures.white
-        return self if runs is self.runs else self._before(Workbench(runs, self.effects, assumed(white, runs), NoiseMixtures(runs, white)))
+        return self if runs is self.runs else self.with_runs(runs, self.mixtures.white, self.scatter)
+
+    def with_runs(self, runs: list[Run], white: float, scatter: float) -> Workbench:
+        """Nearly the same runs with another level of white noise, or another part of it that is the readings' [unit]."""
+        noise = assumed(white, runs)
+        return self._before(Workbench(runs, self.effects, noise, NoiseMixtures(runs, noise.white), scatter))
 
     def with_noise(self, noise: NoiseModel) -> Workbench:
         """The same runs, fits weighted with another noise model."""
-        return self._before(Workbench(self.runs, self.effects, noise, self.mixtures))
+        return self._before(Workbench(self.runs, self.effects, noise, self.mixtures, self.scatter))
 
     def _before(self, other: Workbench) -> Workbench:
         """Another bench on the same or nearly the same runs, with what this one found of effects that are the same to start from as well."""
@@ -342,7 +346,7 @@ class Workbench:
 
     def with_effects(self, effects: dict[str, Effect]) -> Workbench:
         """The same runs and noise, with other effects to name; what was solved of those that are the same is known."""
-        other = self._before(Workbench(self.runs, effects, self.noise, self.mixtures))
+        other = self._before(Workbench(self.runs, effects, self.noise, self.mixtures, self.scatter))
         other._solved = {names: solved for names, solved in self._solved.items() if solved.names in other._earlier}
         return other
 

@@ -41,6 +41,7 @@ class Run:
         block: (T,) int64, index of the block each sample belongs to, −1 for the samples of a block too thin to keep.
         rows: rows read from the file.
         notes: what reading noticed (gaps, dropped rows), one sentence each.
+        steadied: whether its thermometers were drawn smooth, see `zoo.measurements.steady`.
         recorded: what the file calls time, thermometers, inputs, reference and output, and their units there; empty where there is no file.
     """
 
@@ -55,6 +56,7 @@ class Run:
     rows: int = 0
     notes: tuple[str, ...] = field(default=())
     recorded: tuple[Source, ...] = ()
+    steadied: bool = False
 
     @property
     def time(self) -> Tensor:

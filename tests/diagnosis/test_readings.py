@@ -1,0 +1,88 @@
+"""Thermometers that read in steps of 1/16 K, beside a model that makes much of them."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+
+import pytest
+import torch
+
+from zoo.diagnosis.diagnose import diagnose, open_bench
+from zoo.diagnosis.readings import scatter_in, without_scatter
+from zoo.diagnosis.refine import refine
+from zoo.diagnosis.solved import Solved
+from zoo.measurements.run import Run
+from zoo.measurements.steady import steadied
+from zoo.models.prediction import predict_blocks
+from zoo.scoring.stages import rms
+
+STRONG = "thermal_gradient"
+"""Shupe's column where there are two thermometers: its RMS is a hundred times the noise before anything of it is beyond the base."""
+
+
+@pytest.fixture
+def troubled(runs, base, catalogue):
+    """A bench of which the base makes more noise than there is."""
+    bench = open_bench(runs(STRONG, 3), base, catalogue)
+    return bench, bench.begin(tuple(base))
+
+
+def test_where_a_model_makes_little_of_them_nothing_is_touched(runs, base, catalogue) -> None:
+    bench = open_bench(runs("hysteresis"), base, catalogue)
+    assert without_scatter(bench, [bench.begin(tuple(base))]) is bench
+    assert bench.scatter == 0.0
+
+
+def test_drawn_smooth_they_make_less_noise_and_what_is_left_is_reckoned_with(troubled, white) -> None:
+    """Against other readings of temperatures that are known: with a noise of .02 K, in steps of 1/16 K."""
+    bench, solved = troubled
+    steady = without_scatter(bench, [solved])
+    made = rms(torch.cat([_output(solved, read) - _output(solved, drawn) for read, drawn in zip(bench.runs, steady.runs, strict=True)]))
+    anew = [_read(run, seed) for seed, run in enumerate(steady.runs)]
+    left = rms(torch.cat([_output(solved, steadied(read)) - _output(solved, true) for read, true in zip(anew, steady.runs, strict=True)]))
+    assert made > 1.3 * white
+    assert left < 0.6 * made  # of a difference; of a rate a third
+    assert steady.scatter == pytest.approx(left, rel=0.2)
+    assert steady.mixtures.white == pytest.approx(math.hypot(bench.mixtures.white, left), rel=0.1)
+    assert all(run.steadied for run in steady.runs)
+    assert not any(run.steadied for run in bench.runs)
+
+
+def test_nothing_is_missing_where_only_the_steps_of_readings_are_left(runs, base, catalogue, monkeypatch) -> None:
+    found = diagnose(runs(STRONG, 3), base, catalogue)
+    assert found.verdict == "complete"
+    assert any("scatter of the thermometers' readings" in note for note in found.record["notes"])
+    monkeypatch.setattr("zoo.diagnosis.settle.without_scatter", lambda bench, models: bench)
+    assert diagnose(runs(STRONG, 3), base, catalogue).verdict == "unknown"
+
+
+def test_a_check_run_is_judged_as_it_was_read(runs, check, base, catalogue) -> None:
+    """In flight nobody draws readings smooth: what they make of the model is in the floor of a run that was not fitted."""
+    found = refine(runs(STRONG, 3), check(STRONG, 3), base, [], catalogue)
+    (run,) = check(STRONG, 3)
+    model, record = found.model, found.record
+    assert record["borne_out"]
+    assert record["noise_floor_check"] > scatter_in(model, run) > record["noise_floor"]
+    assert record["ladder"][-1]["rms_check"] < 1.3 * record["noise_floor_check"]
+
+
+def test_steady_runs_are_not_drawn_again(troubled) -> None:
+    bench, solved = troubled
+    steady = without_scatter(bench, [solved])
+    assert without_scatter(steady, [steady.begin(solved.names)]) is steady
+    for other in (steady.with_white(1.0), steady.with_noise(steady.noise), steady.with_effects(dict(steady.effects))):
+        assert other.scatter == steady.scatter
+
+
+def _output(solved: Solved, run: Run) -> torch.Tensor:
+    return predict_blocks(solved.model, run)
+
+
+def _read(run: Run, seed: int) -> Run:
+    """A run with its thermometers read anew."""
+    random, table = torch.Generator().manual_seed(seed), run.table.clone()
+    for place in map(run.columns.index, run.thermometers):
+        noise = torch.randn(len(table), generator=random, dtype=table.dtype)
+        table[:, place] = torch.round((table[:, place] + 0.02 * noise) / 0.0625) * 0.0625
+    return replace(run, table=table, steadied=False)

@@ -1,0 +1,75 @@
+"""What the scatter of the thermometers' readings makes of a model's output, and runs that are fitted without it.
+
+A large coefficient of a rate or of a difference turns the steps of 1/16 K that a thermometer reads in into a noise of the model. It is none of the
+gyro's, and no effect's; but a fit trades it for a longer lag, and a search finds an effect that smooths it. Drawn smooth, readings are off by a
+quarter as much (errors in variables; Carroll et al. 2006, Measurement Error in Nonlinear Models).
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable
+from dataclasses import replace
+
+import torch
+
+from zoo.diagnosis.solved import Solved
+from zoo.diagnosis.workbench import Workbench
+from zoo.fitting.design import Design
+from zoo.measurements.run import Run
+from zoo.measurements.steady import scatter, steadied
+from zoo.models.graybox import GrayBox
+from zoo.models.prediction import predict_blocks
+from zoo.scoring.stages import rms
+
+MATTERS = 0.3
+"""Noise that readings make of a model's output over the white noise of the runs, from which it matters: a tenth of the variance."""
+SEED = 0
+
+
+def without_scatter(bench: Workbench, models: Iterable[Solved]) -> Workbench:
+    """The bench with its thermometers drawn smooth, what that leaves of their scatter being noise; itself where it matters in none of the models.
+
+    Args:
+        bench: the runs and their noise.
+        models: fitted to them.
+    """
+    if any(run.steadied for run in bench.runs):
+        return bench
+    random = torch.Generator().manual_seed(SEED)
+    stirred = [_stirred(run, random) for run in bench.runs]
+    troubled = [one for one in models if _apart(bench, one, bench.runs, stirred) > MATTERS * bench.mixtures.white]
+    if not troubled:
+        return bench
+    steady = [steadied(run) for run in bench.runs]
+    again = [steadied(_tossed(run, curve, random)) for run, curve in zip(bench.runs, steady, strict=True)]
+    made, left = (max(_apart(bench, one, steady, runs) for one in troubled) for runs in (bench.runs, again))
+    told = f"the scatter of the thermometers' readings makes {made:.2g} {bench.runs[0].unit} of a model's output: drawn smooth before fitting"
+    steady = [replace(run, notes=(*run.notes, f"{run.name}: {told}")) for run in steady]
+    return bench.with_runs(steady, math.hypot(bench.mixtures.white, left), left)
+
+
+def scatter_in(model: GrayBox, run: Run) -> float:
+    """RMS of what the scatter of a run's readings makes of a model's block means [unit]."""
+    return rms(predict_blocks(model, run) - predict_blocks(model, steadied(run)))
+
+
+def _apart(bench: Workbench, solved: Solved, some: list[Run], others: list[Run]) -> float:
+    """RMS between what a model, as it was fitted, makes of the readings of some runs and of others [unit]."""
+    theta, amplitudes = solved.fit.theta.unsqueeze(0), solved.fit.amplitudes
+    one, other = (Design(solved.model, runs, bench.whitener).plain_columns(theta)[0] @ amplitudes for runs in (some, others))
+    return rms(one - other)
+
+
+def _stirred(run: Run, random: torch.Generator) -> Run:
+    """A run whose thermometers scatter once more as much."""
+    table = run.table.clone()
+    for place in map(run.columns.index, run.thermometers):
+        table[:, place] += scatter(table[:, place]) * torch.randn(len(table), generator=random, dtype=table.dtype).to(table)
+    return replace(run, table=table)
+
+
+def _tossed(run: Run, curve: Run, random: torch.Generator) -> Run:
+    """Its steadied thermometers with what each reading is off them, above or below as a coin falls (wild bootstrap; Wu 1986)."""
+    sign = 2.0 * torch.randint(2, run.table.shape, generator=random).to(run.table) - 1.0
+    return replace(run, table=curve.table + sign * (run.table - curve.table))
