@@ -322,3 +322,17 @@ def test_a_loop_that_goes_on_from_run_to_run_is_known_by_it(simulation, catalogu
     assert record["missing"] == ["hysteresis"]
     assert record["parameters"]["hysteresis"]["past"]["value"] < -0.5
     assert record["rms_final"] < 1.1 * record["noise_floor"]
+
+
+def test_what_was_found_while_another_was_missing_is_looked_for_anew(runs, base, catalogue) -> None:
+    """A warm-up that stands for a step as well is five times too slow; no other time of its grid leads lower than where the search ends."""
+    few = {name: catalogue[name] for name in (*base, "warm_up", "bias_step", "aging", "moisture")}
+    bench = open_bench(runs("warm_up+bias_step"), base, few)
+    found = search.search(bench, bench.begin(tuple(base)), [name for name in few if name not in base])
+    assert set(found.missing) == {"warm_up", "bias_step"}
+    owners = [(owner, one.name) for owner, one in found.final.model.parameters_of_theta()]
+    place = owners.index(("warm_up", "time"))
+    for time in torch.linspace(0.2, 0.9, 6).tolist():
+        start = found.final.fit.theta.clone()
+        start[place] = time
+        assert bench.fitted(found.final.names, [start]).total > found.final.fit.total - 1.0

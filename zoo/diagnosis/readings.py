@@ -12,6 +12,7 @@ from collections.abc import Iterable
 from dataclasses import replace
 
 import torch
+from torch import Tensor
 
 from zoo.diagnosis.solved import Solved
 from zoo.diagnosis.workbench import Workbench
@@ -37,13 +38,14 @@ def without_scatter(bench: Workbench, models: Iterable[Solved]) -> Workbench:
     if any(run.steadied for run in bench.runs):
         return bench
     random = torch.Generator().manual_seed(SEED)
-    stirred = [_stirred(run, random) for run in bench.runs]
-    troubled = [one for one in models if _apart(bench, one, bench.runs, stirred) > MATTERS * bench.mixtures.white]
+    stirred = _design(bench, [_stirred(run, random) for run in bench.runs])
+    troubled = [one for one in models if rms(_output(one, stirred) - (one.design.error - one.residual)) > MATTERS * bench.mixtures.white]
     if not troubled:
         return bench
     steady = [steadied(run) for run in bench.runs]
-    again = [steadied(_tossed(run, curve, random)) for run, curve in zip(bench.runs, steady, strict=True)]
-    made, left = (max(_apart(bench, one, steady, runs) for one in troubled) for runs in (bench.runs, again))
+    true, again = _design(bench, steady), _design(bench, [steadied(_tossed(run, one, random)) for run, one in zip(bench.runs, steady, strict=True)])
+    made = max(rms(one.design.error - one.residual - _output(one, true)) for one in troubled)
+    left = max(rms(_output(one, again) - _output(one, true)) for one in troubled)
     told = f"the scatter of the thermometers' readings makes {made:.2g} {bench.runs[0].unit} of a model's output: drawn smooth before fitting"
     steady = [replace(run, notes=(*run.notes, f"{run.name}: {told}")) for run in steady]
     return bench.with_runs(steady, math.hypot(bench.mixtures.white, left), left)
@@ -54,11 +56,14 @@ def scatter_in(model: GrayBox, run: Run) -> float:
     return rms(predict_blocks(model, run) - predict_blocks(model, steadied(run)))
 
 
-def _apart(bench: Workbench, solved: Solved, some: list[Run], others: list[Run]) -> float:
-    """RMS between what a model, as it was fitted, makes of the readings of some runs and of others [unit]."""
-    theta, amplitudes = solved.fit.theta.unsqueeze(0), solved.fit.amplitudes
-    one, other = (Design(solved.model, runs, bench.whitener).plain_columns(theta)[0] @ amplitudes for runs in (some, others))
-    return rms(one - other)
+def _design(bench: Workbench, runs: list[Run]) -> Design:
+    """A bench's runs with other readings, of no effects."""
+    return Design(GrayBox({}, bench.inputs, bench.in_motion), runs, bench.whitener)
+
+
+def _output(solved: Solved, design: Design) -> Tensor:
+    """(N,) block means of what a model, as it was fitted, makes of other readings [unit]."""
+    return design.of(solved.model).plain_columns(solved.fit.theta.unsqueeze(0))[0] @ solved.fit.amplitudes
 
 
 def _stirred(run: Run, random: torch.Generator) -> Run:

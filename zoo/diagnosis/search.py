@@ -67,7 +67,13 @@ class Search:
         return [name for name in self.final.names if name not in self.base.names]
 
 
-def search(bench: Workbench, base: Solved, candidates: list[str], progress: Callable[[str], None] = lambda _: None) -> Search:
+def search(
+    bench: Workbench,
+    base: Solved,
+    candidates: list[str],
+    progress: Callable[[str], None] = lambda _: None,
+    in_vain: Callable[[Search], bool] = lambda _: False,
+) -> Search:
     """Add what helps most, refit, drop what has become superfluous, until nothing helps.
 
     Args:
@@ -75,10 +81,13 @@ def search(bench: Workbench, base: Solved, candidates: list[str], progress: Call
         base: the model as it stands.
         candidates: effects that may be added.
         progress: told what is being tried.
+        in_vain: whether, as it stands, all will have to be searched again, so that it need not go on.
     """
     found = Search(base, base)
     for _ in range(PASSES):
-        _forward(bench, found, candidates, progress)
+        _forward(bench, found, candidates, progress, in_vain)
+        if in_vain(found):
+            return found
         far = found.final.rms > FAR * bench.mixtures.white and not leaves_noise(bench, found.final, base)
         if far or not _exchange(bench, found, candidates, progress):
             break
@@ -184,8 +193,10 @@ def _singles(found: Search) -> list[Trial]:
     return [trial for trial in left if trial is least or any(trial is one for one in chosen)]
 
 
-def _forward(bench: Workbench, found: Search, candidates: list[str], progress: Callable[[str], None]) -> None:
-    while True:
+def _forward(
+    bench: Workbench, found: Search, candidates: list[str], progress: Callable[[str], None], in_vain: Callable[[Search], bool] = lambda _: False
+) -> None:
+    while not in_vain(found):
         step = _round_beside(bench, found.final, found, candidates, progress)
         found.steps.append(step)
         best = best_of(bench, found.base, [trial for trial in step.trials if convinces(bench, found.base, step, trial)])
@@ -253,18 +264,36 @@ def _exchange(bench: Workbench, found: Search, candidates: list[str], progress: 
         less = bench.without(found.final, name)
         own = bench.evidence(less, found.final)
         trials = _looked_at(bench, found, less, [one for one in candidates if one not in found.final.names])
-        refit(bench, less, [trial for trial in trials if trial.evidence > own - WITHIN][:REFITS], progress, 0, theta_without(found.final, name))
+        refit(bench, less, in_reach(trials, own), progress, 0, theta_without(found.final, name))
         _remember(bench, found, less, trials)
         mine = Trial(Screened(name, found.final.shape_of(name), 0.0, 0), found.final, own, True)
         step = Step(less, sorted([mine, *trials], key=lambda trial: (not trial.refitted, -trial.evidence)), ACCEPT, name)
         found.steps.append(step)
-        best = step.trials[0]
-        if best.solved is None or best.evidence <= own + PREFERRED:
-            continue
-        if best_of(bench, found.base, [best, mine]) is best or leaves_noise(bench, best.solved, found.base):
-            step.chosen, changed = best.screened.name, True
-            found.keep(finished(bench, found.base, best.solved))
+        better = replacement(bench, found.base, step, mine)
+        if better is not None and better.solved is not None:
+            step.chosen, changed = better.screened.name, True
+            found.keep(finished(bench, found.base, better.solved))
     return changed
+
+
+def in_reach(trials: list[Trial], own: float) -> list[Trial]:
+    """The likeliest that may yet take the place of an effect with some evidence, best first."""
+    return [trial for trial in trials if trial.evidence > own - WITHIN][:REFITS]
+
+
+def replacement(bench: Workbench, base: Solved, step: Step, own: Trial) -> Trial | None:
+    """The likeliest beside all the other effects, where it is to take the place of one that was added.
+
+    Args:
+        bench: the runs and effects.
+        base: the model before anything was added.
+        step: the round beside the others.
+        own: in which the effect that was added is this one.
+    """
+    best = step.trials[0]
+    if best.solved is None or best.evidence <= own.evidence + PREFERRED:
+        return None
+    return best if best_of(bench, base, [best, own]) is best or leaves_noise(bench, best.solved, base) else None
 
 
 def _looked_at(bench: Workbench, found: Search, before: Solved, names: list[str]) -> list[Trial]:

@@ -8,11 +8,11 @@ from dataclasses import replace
 
 from zoo.diagnosis.acceptance import best_of, convinces
 from zoo.diagnosis.readings import without_scatter
-from zoo.diagnosis.search import Search, finished, same, search
+from zoo.diagnosis.search import Search, finished, in_reach, replacement, same, search
 from zoo.diagnosis.solved import Solved
 from zoo.diagnosis.structure import leaves_noise
 from zoo.diagnosis.trials import OVERWHELMING, Step, Trial, refit, worth_a_refit
-from zoo.diagnosis.workbench import COARSE, Workbench
+from zoo.diagnosis.workbench import COARSE, Workbench, theta_without
 from zoo.fitting.variable_projection import Fit
 from zoo.scoring.noise import white_level
 from zoo.scoring.stages import rms
@@ -39,29 +39,38 @@ def settle(
         candidates: effects that may be added.
         progress: told what is being tried.
     """
-    bench = without_scatter(bench, [bench.begin(names)])
-    found = search(bench, bench.begin(names), candidates, progress)
+    bench, found = _quietly(without_scatter(bench, [bench.begin(names)]), names, candidates, progress)
     steady = without_scatter(bench, found.path)
     if steady is not bench:
-        bench = steady
-        found = search(bench, bench.begin(names), candidates, progress)
-    for _ in range(REPEATED):
-        white = _white(bench, found)
-        if white >= QUIETER * bench.mixtures.white:
-            break
-        bench = bench.with_white(white)
-        found = search(bench, bench.begin(names), candidates, progress)
+        bench, found = _quietly(steady, names, candidates, progress)
     clean = bench.without_outliers(found.final)
     if clean is not bench:
-        bench = clean
-        found = search(bench, bench.begin(names), candidates, progress)
+        bench, found = clean, _again(clean, found, candidates, progress)
     likely, assumed = found.final.likely.noise, bench.noise
     as_assumed = likely.walk < SLOW * likely.white and likely.flicker < RECONSIDER * assumed.flicker
     if as_assumed or bench.mixtures.much_walk(likely):
         return bench, found
     again = bench.with_noise(likely)
-    repeated = reweighed(again, found, progress) or search(again, again.begin(names), candidates, progress)
-    return again, replace(repeated, first=found.base)
+    return again, replace(_again(again, found, candidates, progress), first=found.base)
+
+
+def _quietly(bench: Workbench, names: tuple[str, ...], candidates: list[str], progress: Callable[[str], None]) -> tuple[Workbench, Search]:
+    """Search, and from the start once more as soon as what is left is quieter than the runs were taken for."""
+    for left in reversed(range(REPEATED + 1)):
+
+        def louder(found: Search, bench: Workbench = bench, may: bool = left > 0) -> bool:
+            return may and _white(bench, found) < QUIETER * bench.mixtures.white
+
+        found = search(bench, bench.begin(names), candidates, progress, louder)
+        if not louder(found):
+            break
+        bench = bench.with_white(_white(bench, found))
+    return bench, found
+
+
+def _again(bench: Workbench, found: Search, candidates: list[str], progress: Callable[[str], None]) -> Search:
+    """What was found, on nearly the same runs or under other noise: fitted on where it ends at the same, searched for anew where not."""
+    return reweighed(bench, found, progress) or search(bench, bench.begin(found.base.names), candidates, progress)
 
 
 def _white(bench: Workbench, found: Search) -> float:
@@ -84,43 +93,79 @@ def reweighed(bench: Workbench, found: Search, progress: Callable[[str], None] =
     and what hardly explains anything under some is not looked for again under the others.
 
     Args:
-        bench: the same runs under the other noise.
-        found: the search, in which no more than one effect was added, and nothing taken back.
+        bench: the same runs, or nearly so, under the other noise.
+        found: the search, in which nothing was taken back or exchanged.
         progress: told what is being tried.
     """
-    if len(found.missing) > 1 or len(found.steps) != len(found.missing) + 1:
+    if not _straight(found):
         return None
     base = bench.solve(found.base.names, [found.base.fit.theta], found.base.likely.place)
     again = Search(base, base)
-    if found.missing:
-        again.keep(finished(bench, base, bench.solve(found.final.names, [found.final.fit.theta], found.final.likely.place, COARSE)))
-    for old, before in zip(found.steps, (base, again.final), strict=False):
-        step = _asked_again(bench, old, before, again.final, progress)
-        best = best_of(bench, base, [trial for trial in step.trials if convinces(bench, base, step, trial)])
-        step.chosen = None if best is None else best.screened.name
+    for one in found.path:
+        again.keep(finished(bench, base, bench.solve(one.names, [one.fit.theta], one.likely.place, COARSE)))
+    kept = {frozenset(one.names): one for one in (base, *again.path)}
+    for number, old in enumerate(found.steps):
+        there = kept.get(frozenset(old.before.names))
+        before = there or bench.solve(old.before.names, [old.before.fit.theta], old.before.likely.place)
+        step = _asked_again(bench, old, before, kept)
+        if number <= len(found.missing):
+            _forward_again(bench, base, step, progress)
+        else:
+            _exchange_again(bench, again, step, str(old.chosen), progress)
+        if step.chosen != old.chosen:
+            return None
         again.steps.append(step)
-    alike = [step.chosen for step in again.steps] == [step.chosen for step in found.steps]
-    return again if alike and leaves_noise(bench, again.final, base) else None
+    return again if leaves_noise(bench, again.final, base) else None
 
 
-def _asked_again(bench: Workbench, old: Step, before: Solved, final: Solved, progress: Callable[[str], None]) -> Step:
-    """A round beside the same model under other noise: what was refitted then is fitted on, what was glanced at is glanced at again."""
+def _straight(found: Search) -> bool:
+    """Whether every round added what is in the end there, the last one nothing, and no exchange took the place of anything."""
+    missing = found.missing
+    rounds, exchanges = found.steps[: len(missing) + 1], found.steps[len(missing) + 1 :]
+    ways = [(*found.base.names, *missing[:number]) for number in range(len(missing) + 1)]
+    if [one.names for one in found.path] != ways[1:] or [step.before.names for step in rounds] != ways:
+        return False
+    asked = missing if len(missing) > 1 else []
+    return [step.chosen for step in rounds] == [*missing, None] and [step.chosen for step in exchanges] == asked
+
+
+def _forward_again(bench: Workbench, base: Solved, step: Step, progress: Callable[[str], None]) -> None:
+    """What a round of a search forward comes to."""
+    refit(bench, step.before, [trial for trial in worth_a_refit(bench, step.trials, step.before) if not trial.refitted], progress)
+    step.trials.sort(key=lambda trial: (not trial.refitted, -trial.evidence))
+    best = best_of(bench, base, [trial for trial in step.trials if convinces(bench, base, step, trial)])
+    step.chosen = None if best is None else best.screened.name
+
+
+def _exchange_again(bench: Workbench, again: Search, step: Step, name: str, progress: Callable[[str], None]) -> None:
+    """What a round for another effect in the place of one comes to."""
+    own = next(trial for trial in step.trials if trial.screened.name == name)
+    others = [trial for trial in in_reach(step.trials, own.evidence) if not trial.refitted]
+    refit(bench, step.before, others, progress, 0, theta_without(again.final, name))
+    step.trials.sort(key=lambda trial: (not trial.refitted, -trial.evidence))
+    better = replacement(bench, again.base, step, own)
+    step.chosen = name if better is None else better.screened.name
+
+
+def _asked_again(bench: Workbench, old: Step, before: Solved, kept: dict[frozenset[str], Solved]) -> Step:
+    """A round beside the same effects under other noise: what was refitted then is fitted on, what was glanced at is glanced at again."""
     trials = [replace(trial) for trial in old.trials]
 
+    def known(trial: Trial) -> Solved | None:
+        return kept.get(frozenset((*before.names, trial.screened.name)))
+
     def fitted_on(trial: Trial) -> Fit | None:
-        names, was = (*before.names, trial.screened.name), trial.solved
-        if was is None or names == final.names:
+        was = trial.solved
+        if was is None or known(trial) is not None:
             return None
         if trial.refitted:
-            return bench.fitted(names, [was.fit.theta], COARSE)
+            return bench.fitted((*before.names, trial.screened.name), [was.fit.theta], COARSE)
         return bench.peek(before, trial.screened.name, trial.screened.shape, trial.screened.start).fit
 
     for trial, found in zip(trials, side_by_side(fitted_on, trials), strict=True):
         if trial.solved is not None:
-            names = (*before.names, trial.screened.name)
             taken = bench.taken if trial.refitted else bench.placed
-            trial.solved = final if found is None else taken(names, found, before.likely.place)
-            trial.evidence = bench.evidence(before, trial.solved)
-    refit(bench, before, [trial for trial in worth_a_refit(bench, trials, before) if not trial.refitted], progress)
-    trials.sort(key=lambda trial: (not trial.refitted, -trial.evidence))
+            own = known(trial) if found is None else taken((*before.names, trial.screened.name), found, before.likely.place)
+            assert own is not None
+            trial.solved, trial.evidence = own, bench.evidence(before, own)
     return Step(before, trials, old.accept)

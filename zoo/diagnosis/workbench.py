@@ -224,14 +224,14 @@ class Workbench:
         fits = side_by_side(lambda one: self.fitted(solved.names, [one]), both)
         fine = self.taken(solved.names, min(fits, key=lambda one: one.total), solved.likely.place)
         for _ in range(RESHAPED):
-            starts = [start for name in added for start in self._reshaped(fine, name)]
+            starts = [start for name in added for start in self._reshaped(fine, name, anywhere=len(added) > 1)]
             if not starts:
                 break
             fine = self.solve(fine.names, starts, fine.likely.place)
         return fine
 
-    def _reshaped(self, solved: Solved, name: str) -> list[Tensor]:
-        """θ with another shape for one effect, where its surroundings have a better one."""
+    def _reshaped(self, solved: Solved, name: str, anywhere: bool) -> list[Tensor]:
+        """θ with another shape for one effect, where its surroundings have a better one, or its grid has: others may have been missing before."""
         effect, own = self.effects[name], solved.places()[name]
         declared = solved.model.parameters_of_theta()
         at = [i for i, (owner, _) in enumerate(declared) if owner == name]
@@ -241,7 +241,8 @@ class Workbench:
         beside = Beside.whitened(solved.design, solved.fit.theta, others, self.span_s)
         shape = to_physical(solved.fit.theta[at], effect.shape)
         now = solved.fit.cost + float(unusual(effect, shape.unsqueeze(0)))
-        cost, better = beside.closer(effect, now, shape)
+        grids = [beside.searched(effect, self.shapes(name))] if anywhere else []
+        cost, better = min([beside.closer(effect, now, shape), *grids], key=lambda found: found[0])
         if cost > now - WORTH_RESHAPING:
             return []
         theta = solved.fit.theta.clone()

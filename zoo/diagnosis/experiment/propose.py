@@ -17,6 +17,7 @@ from zoo.diagnosis.solved import Solved
 from zoo.diagnosis.workbench import Workbench
 from zoo.fitting.parameters import parameters_of
 from zoo.measurements.wrong_unit import NEVER_C, too_hot
+from zoo.side_by_side import side_by_side
 
 ENOUGH = 10.0
 """Expected log Bayes factor that settles a question (22 000 : 1)."""
@@ -121,9 +122,10 @@ def refitted(bench: Workbench, old: Old, one: Weighed) -> Weighed:
     doubtful = [pair for pair in _told(one.worth) if one.worth[pair] < BEYOND_DOUBT]
     doubtful.sort(key=lambda pair: (pair[0] > 0, one.worth[pair]))
     worth = dict(one.worth)
-    for a, b in doubtful[:PAIRS]:
-        both = [told_by_refit(bench, old, one.predicted, one.answers, *pair) for pair in ((a, b), (b, a))]
-        worth[a, b] = min(worth[a, b], *(_worth(told) for told in both))
+    ways = [way for pair in doubtful[:PAIRS] for way in (pair, pair[::-1])]
+    for way, told in zip(ways, side_by_side(lambda way: told_by_refit(bench, old, one.predicted, one.answers, *way), ways), strict=True):
+        pair = min(way), max(way)
+        worth[pair] = min(worth[pair], _worth(told))
     return replace(one, worth=worth, refitted=True)
 
 

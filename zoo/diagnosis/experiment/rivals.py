@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from functools import partial
 
 import torch
 
@@ -12,6 +13,8 @@ from zoo.diagnosis.search import Search
 from zoo.diagnosis.solved import Solved
 from zoo.diagnosis.workbench import COARSE, VARIED_REFERENCE, Workbench
 from zoo.effects.bounds import to_unit
+from zoo.fitting.variable_projection import Fit
+from zoo.side_by_side import side_by_side
 
 CLOSE = 5.0
 """Log Bayes factor up to which the second best explanation stays open (150 : 1)."""
@@ -41,7 +44,9 @@ def rivals_of(bench: Workbench, found: Search, twins: Mapping[str, Sequence[str]
         if open_to:
             before = bench.known(names) or bench.without(found.final, name)
             more = found.final if found.final.names[-1] == name else bench.add(before, name)
-            models = [_in_place_of(bench, before, more, guess) for guess in screen(bench, before, open_to)]
+            guesses = screen(bench, before, open_to)
+            fits = side_by_side(partial(_in_place_of, bench, before, more), guesses)
+            models = [bench.taken((*before.names, guess.name), one, before.likely.place) for guess, one in zip(guesses, fits, strict=True)]
             worth = {id(model): bench.evidence(before, model) for model in models}
             near = [model for model in models if worth[id(model)] > bench.evidence(before, more) - OPEN]
             if not near:
@@ -50,11 +55,11 @@ def rivals_of(bench: Workbench, found: Search, twins: Mapping[str, Sequence[str]
     return []
 
 
-def _in_place_of(bench: Workbench, before: Solved, more: Solved, guess: Screened) -> Solved:
+def _in_place_of(bench: Workbench, before: Solved, more: Solved, guess: Screened) -> Fit:
     """Another effect beside the rest, fitted from the coil as it is without either and as it is with the effect that was found."""
     shape = to_unit(guess.shape, bench.effects[guess.name].shape).to(before.fit.theta)
     starts = [torch.cat([one.fit.theta[: len(before.fit.theta)], shape]) for one in (before, more)]
-    return bench.solve((*before.names, guess.name), starts, before.likely.place, COARSE)
+    return bench.fitted((*before.names, guess.name), starts, COARSE)
 
 
 def _close(found: Search, name: str) -> list[str]:
