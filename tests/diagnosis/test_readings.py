@@ -52,7 +52,7 @@ def test_drawn_smooth_they_make_less_noise_and_what_is_left_is_reckoned_with(tro
 def test_nothing_is_missing_where_only_the_steps_of_readings_are_left(runs, base, catalogue, monkeypatch) -> None:
     found = diagnose(runs(STRONG, 3), base, catalogue)
     assert found.verdict == "complete"
-    assert any("scatter of the thermometers' readings" in note for note in found.record["notes"])
+    assert any("drawn smooth for the fit" in note for note in found.record["notes"])
     monkeypatch.setattr("zoo.diagnosis.settle.without_scatter", lambda bench, models: bench)
     assert diagnose(runs(STRONG, 3), base, catalogue).verdict == "unknown"
 

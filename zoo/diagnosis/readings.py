@@ -22,9 +22,10 @@ from zoo.measurements.steady import scatter, steadied
 from zoo.models.graybox import GrayBox
 from zoo.models.prediction import predict_blocks
 from zoo.scoring.stages import rms
+from zoo.units import symbol
 
 MATTERS = 0.3
-"""Noise that readings make of a model's output over the white noise of the runs, from which it matters: a tenth of the variance."""
+"""What readings' scatter makes of a model's output over the white noise of the runs, from which it matters: a tenth of the variance."""
 SEED = 0
 
 
@@ -46,7 +47,8 @@ def without_scatter(bench: Workbench, models: Iterable[Solved]) -> Workbench:
     true, again = _design(bench, steady), _design(bench, [steadied(_tossed(run, one, random)) for run, one in zip(bench.runs, steady, strict=True)])
     made = max(rms(one.design.error - one.residual - _output(one, true)) for one in troubled)
     left = max(rms(_output(one, again) - _output(one, true)) for one in troubled)
-    told = f"the scatter of the thermometers' readings makes {made:.2g} {bench.runs[0].unit} of a model's output: drawn smooth before fitting"
+    noise = f"{made:.2g} {symbol(bench.runs[0].unit)}"
+    told = f"what the thermometers' readings scatter makes a noise of {noise} of a model's output; they were drawn smooth for the fit"
     steady = [replace(run, notes=(*run.notes, f"{run.name}: {told}")) for run in steady]
     return bench.with_runs(steady, math.hypot(bench.mixtures.white, left), left)
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import replace
+from functools import partial
 
 from zoo.diagnosis.acceptance import best_of, convinces
 from zoo.diagnosis.readings import without_scatter
@@ -57,15 +58,21 @@ def settle(
 def _quietly(bench: Workbench, names: tuple[str, ...], candidates: list[str], progress: Callable[[str], None]) -> tuple[Workbench, Search]:
     """Search, and from the start once more as soon as what is left is quieter than the runs were taken for."""
     for left in reversed(range(REPEATED + 1)):
-
-        def louder(found: Search, bench: Workbench = bench, may: bool = left > 0) -> bool:
-            return may and _white(bench, found) < QUIETER * bench.mixtures.white
-
-        found = search(bench, bench.begin(names), candidates, progress, louder)
-        if not louder(found):
+        in_vain = partial(_taken_for_louder, bench) if left else _never
+        found = search(bench, bench.begin(names), candidates, progress, in_vain)
+        if not in_vain(found):
             break
         bench = bench.with_white(_white(bench, found))
     return bench, found
+
+
+def _taken_for_louder(bench: Workbench, found: Search) -> bool:
+    """Whether what is left is quieter than the runs were taken for."""
+    return _white(bench, found) < QUIETER * bench.mixtures.white
+
+
+def _never(_: Search) -> bool:
+    return False
 
 
 def _again(bench: Workbench, found: Search, candidates: list[str], progress: Callable[[str], None]) -> Search:
