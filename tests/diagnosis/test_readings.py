@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from copy import deepcopy
 from dataclasses import replace
 
 import pytest
@@ -10,11 +11,12 @@ import torch
 
 from zoo.diagnosis.diagnose import diagnose, open_bench
 from zoo.diagnosis.readings import scatter_in, without_scatter
-from zoo.diagnosis.refine import refine
+from zoo.diagnosis.refine import _of_readings, check_rms, refine
 from zoo.diagnosis.solved import Solved
 from zoo.measurements.run import Run
 from zoo.measurements.steady import steadied
 from zoo.models.prediction import predict_blocks
+from zoo.report.verdict import verdict_of
 from zoo.scoring.stages import rms
 
 STRONG = "thermal_gradient"
@@ -45,32 +47,56 @@ def test_drawn_smooth_they_make_less_noise_and_what_is_left_is_reckoned_with(tro
     assert left < 0.6 * made  # of a difference; of a rate a third
     assert steady.scatter == pytest.approx(left, rel=0.2)
     assert steady.mixtures.white == pytest.approx(math.hypot(bench.mixtures.white, left), rel=0.1)
-    assert all(run.steadied for run in steady.runs)
-    assert not any(run.steadied for run in bench.runs)
+    assert steady.steadied
+    assert not bench.steadied
 
 
 def test_nothing_is_missing_where_only_the_steps_of_readings_are_left(runs, base, catalogue, monkeypatch) -> None:
     found = diagnose(runs(STRONG, 3), base, catalogue)
     assert found.verdict == "complete"
-    assert any("drawn smooth for the fit" in note for note in found.record["notes"])
+    assert any("drawn smooth for the diagnosis" in note for note in found.record["notes"])
     monkeypatch.setattr("zoo.diagnosis.settle.without_scatter", lambda bench, models: bench)
     assert diagnose(runs(STRONG, 3), base, catalogue).verdict == "unknown"
 
 
-def test_a_check_run_is_judged_as_it_was_read(runs, check, base, catalogue) -> None:
-    """In flight nobody draws readings smooth: what they make of the model is in the floor of a run that was not fitted."""
-    found = refine(runs(STRONG, 3), check(STRONG, 3), base, [], catalogue)
-    (run,) = check(STRONG, 3)
-    model, record = found.model, found.record
+def test_the_model_that_flies_is_fitted_to_readings_as_they_are(runs, check, base, catalogue) -> None:
+    """One that was fitted to smooth readings makes more of the others' scatter: it is for looking back."""
+    given, unseen = runs(STRONG, 3), check(STRONG, 3)
+    found = refine(given, unseen, base, [], catalogue)
+    record, steady = found.record, found.diagnosis.search.base
+    assert steady.design.runs[0].read is not None
+    assert found.solutions[0].design.runs[0].read is None
+    torch.testing.assert_close(found.solutions[0].design.runs[0].table, given[0].table, rtol=0, atol=0)
+    raw = open_bench(given, base, catalogue).begin(tuple(base))
+    (step,) = record["ladder"]
+    assert step["rms"] == pytest.approx(raw.rms, rel=0.02)
+    assert step["rms_check"] == pytest.approx(check_rms(raw.model, unseen), rel=0.02)
+    assert step["rms_check"] < 0.95 * check_rms(steady.model, unseen)
     assert record["borne_out"]
-    assert record["noise_floor_check"] > scatter_in(model, run) > record["noise_floor"]
-    assert record["ladder"][-1]["rms_check"] < 1.3 * record["noise_floor_check"]
+    assert record["verdict"] == "complete"
+    gyro, read = record["noise_floor_check"], record["readings"]["check"]
+    assert read == scatter_in(found.model, unseen) > 0.5 * gyro
+    assert step["rms_check"] == pytest.approx(math.hypot(gyro, read), rel=0.2)
+    assert any("thermometers" in sentence for sentence in verdict_of(found.diagnosis.record, record).sentences)
+
+
+def test_a_rung_that_makes_more_of_the_scatter_is_not_excused_by_it(runs, base, catalogue) -> None:
+    bench = open_bench(runs(STRONG, 3), base, catalogue)
+    steady = without_scatter(bench, [bench.begin(tuple(base))])
+    modest = steady.begin(tuple(base))
+    bold = replace(modest, model=deepcopy(modest.model))
+    bold.model.assign(modest.fit.theta, 3.0 * modest.fit.amplitudes)
+    assert scatter_in(bold.model, steady.runs) > 1.5 * scatter_in(modest.model, steady.runs)
+    alone, both = (_of_readings(steady, solutions, steady.runs)["check"] for solutions in ([modest], [modest, bold]))
+    assert alone == both
 
 
 def test_steady_runs_are_not_drawn_again(troubled) -> None:
     bench, solved = troubled
     steady = without_scatter(bench, [solved])
     assert without_scatter(steady, [steady.begin(solved.names)]) is steady
+    assert steady.as_read().scatter == 0.0
+    torch.testing.assert_close(steady.as_read().runs[0].table, bench.runs[0].table, rtol=0, atol=0)
     for other in (steady.with_white(1.0), steady.with_noise(steady.noise), steady.with_effects(dict(steady.effects))):
         assert other.scatter == steady.scatter
 
@@ -85,4 +111,4 @@ def _read(run: Run, seed: int) -> Run:
     for place in map(run.columns.index, run.thermometers):
         noise = torch.randn(len(table), generator=random, dtype=table.dtype)
         table[:, place] = torch.round((table[:, place] + 0.02 * noise) / 0.0625) * 0.0625
-    return replace(run, table=table, steadied=False)
+    return replace(run, table=table, read=None)

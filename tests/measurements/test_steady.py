@@ -92,8 +92,9 @@ def test_only_thermometers_are_drawn_and_the_run_that_was_read_stays() -> None:
     run = a_run(600)
     before = run.table.clone()
     steady = steadied(run)
-    assert steady.steadied
-    assert not run.steadied
+    assert steady.as_read.read is None
+    torch.testing.assert_close(steady.as_read.table, before, rtol=0, atol=0)
+    assert run.as_read is run
     torch.testing.assert_close(run.table, before, rtol=0, atol=0)
     same = [run.columns.index(name) for name in run.columns if name not in run.thermometers]
     torch.testing.assert_close(steady.table[:, same], run.table[:, same], rtol=0, atol=0)

@@ -8,7 +8,7 @@ quarter as much (errors in variables; Carroll et al. 2006, Measurement Error in 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import replace
 
 import torch
@@ -36,7 +36,7 @@ def without_scatter(bench: Workbench, models: Iterable[Solved]) -> Workbench:
         bench: the runs and their noise.
         models: fitted to them.
     """
-    if any(run.steadied for run in bench.runs):
+    if bench.steadied:
         return bench
     random = torch.Generator().manual_seed(SEED)
     stirred = _design(bench, [_stirred(run, random) for run in bench.runs])
@@ -48,14 +48,26 @@ def without_scatter(bench: Workbench, models: Iterable[Solved]) -> Workbench:
     made = max(rms(one.design.error - one.residual - _output(one, true)) for one in troubled)
     left = max(rms(_output(one, again) - _output(one, true)) for one in troubled)
     noise = f"{made:.2g} {symbol(bench.runs[0].unit)}"
-    told = f"what the thermometers' readings scatter makes a noise of {noise} of a model's output; they were drawn smooth for the fit"
+    told = f"the steps and the scatter of the thermometers' readings make a noise of {noise} in the model; they were drawn smooth for the diagnosis"
     steady = [replace(run, notes=(*run.notes, f"{run.name}: {told}")) for run in steady]
     return bench.with_runs(steady, math.hypot(bench.mixtures.white, left), left)
 
 
-def scatter_in(model: GrayBox, run: Run) -> float:
-    """RMS of what the scatter of a run's readings makes of a model's block means [unit]."""
-    return rms(predict_blocks(model, run) - predict_blocks(model, steadied(run)))
+def as_flown(bench: Workbench, models: Sequence[Solved]) -> list[Solved]:
+    """The same models fitted on to readings as they are, where they were drawn smooth: in flight there are no others.
+
+    A model that was fitted to smooth readings makes more of the others' scatter than one that has seen it.
+    """
+    if not bench.steadied:
+        return [*models]
+    flown = bench.as_read()
+    return [flown.solve(one.names, [one.fit.theta], one.likely.place) for one in models]
+
+
+def scatter_in(model: GrayBox, runs: Sequence[Run]) -> float | None:
+    """RMS of what the scatter of readings makes of a model's block means of some runs [unit]; None where there are none."""
+    made = [predict_blocks(model, run.as_read) - predict_blocks(model, steadied(run.as_read)) for run in runs]
+    return rms(torch.cat(made)) if made else None
 
 
 def _design(bench: Workbench, runs: list[Run]) -> Design:

@@ -12,7 +12,7 @@ import torch
 from zoo.diagnosis.diagnose import Diagnosis, check_effects, diagnose
 from zoo.diagnosis.parameters import fitted_parameters
 from zoo.diagnosis.preparation import reference_varies
-from zoo.diagnosis.readings import scatter_in
+from zoo.diagnosis.readings import as_flown, scatter_in
 from zoo.diagnosis.regions import runs_rms
 from zoo.diagnosis.solved import Solved
 from zoo.diagnosis.strangers import strangers
@@ -27,7 +27,7 @@ from zoo.measurements.wrong_unit import too_hot
 from zoo.models.graybox import GrayBox
 from zoo.models.prediction import predict_blocks
 from zoo.models.reach import beyond
-from zoo.scoring.noise import CHECK_ALLOWED, NoiseModel
+from zoo.scoring.noise import CHECK_ALLOWED
 from zoo.scoring.stages import rms
 from zoo.threads import threads_for
 
@@ -87,8 +87,8 @@ def refine(
         base = bench.begin(tuple(effects))
     climbed = _climb(bench, base, added, progress)
     structure = examine(bench, climbed[-1], base)
-    solutions = [found.search.as_it_stands, *climbed[1:]]
-    return Refinement(_record(bench, solutions, structure, check_runs, added), solutions, found)
+    solutions = as_flown(bench, [found.search.as_it_stands, *climbed[1:]])
+    return Refinement(_record(bench, solutions, climbed[-1], structure, check_runs, added), solutions, found)
 
 
 def check_added(runs: list[Run], check_runs: list[Run], effects: list[str], added: list[str], catalogue: dict[str, Effect]) -> None:
@@ -128,15 +128,19 @@ def _climb(bench: Workbench, base: Solved, added: list[str], progress: Callable[
     return solutions
 
 
-def _record(bench: Workbench, solutions: list[Solved], structure: Structure, check_runs: list[Run], added: list[str]) -> dict[str, Any]:
+def _record(
+    bench: Workbench, solutions: list[Solved], final: Solved, structure: Structure, check_runs: list[Run], added: list[str]
+) -> dict[str, Any]:
+    """The contract's record of the rungs, the last of which is the final model, as it flies."""
     ladder: list[dict[str, Any]] = [
         {"added": name, "effects": list(solved.names), "rms": solved.rms, "rms_check": check_rms(solved.model, check_runs)}
         for name, solved in zip([None, *added], solutions, strict=True)
     ]
-    floor = bench.noise_floor(solutions[-1]) if structure.is_noise else bench.mixtures.white
-    noise = solutions[-1].likely.noise if structure.is_noise else None
-    floor_check = of_all(check_runs, [_floor_as_read(bench, solutions[-1].model, run, noise) for run in check_runs]) if check_runs else None
-    borne_out = floor_check is None or (ladder[-1]["rms_check"] or 0.0) <= CHECK_ALLOWED * floor_check
+    floor = bench.noise_floor(final) if structure.is_noise else bench.mixtures.white
+    noise = final.likely.noise if structure.is_noise else None
+    floor_check = of_all(check_runs, [floor_of(run, noise) for run in check_runs]) if check_runs else None
+    read = _of_readings(bench, solutions, check_runs)
+    borne_out = floor_check is None or (ladder[-1]["rms_check"] or 0.0) <= CHECK_ALLOWED * hypot(floor_check, read["check"] or 0.0)
     return {
         "schema_version": 1,
         "unit": bench.runs[0].unit,
@@ -149,6 +153,7 @@ def _record(bench: Workbench, solutions: list[Solved], structure: Structure, che
         "noise_floor_by_run": floors_of(bench.runs, floor),
         "noise_floor_check": floor_check,
         "noise": None if noise is None else asdict(noise),
+        "readings": read,
         "verdict": "complete" if structure.is_noise and borne_out else "unknown",
         "borne_out": borne_out,
         "strangers": strangers(bench, solutions, check_runs),
@@ -158,10 +163,16 @@ def _record(bench: Workbench, solutions: list[Solved], structure: Structure, che
     }
 
 
-def _floor_as_read(bench: Workbench, model: GrayBox, run: Run, noise: NoiseModel | None) -> float:
-    """The noise floor of a run that was not fitted, with what its readings add to it where the fitted ones' were drawn smooth [unit]."""
-    read = scatter_in(model, run) if bench.runs[0].steadied else 0.0
-    return hypot(floor_of(run, noise), read)
+def _of_readings(bench: Workbench, solutions: list[Solved], check_runs: list[Run]) -> dict[str, float | None]:
+    """What the thermometers' scatter makes of the errors as they fly [unit], where it matters; of the rung of which it makes least.
+
+    One that makes more of it than another would need to is not excused by that.
+    """
+    if not bench.steadied:
+        return {"fit": None, "check": None}
+    models = [solved.model for solved in solutions]
+    each = {"fit": [scatter_in(model, bench.runs) for model in models], "check": [scatter_in(model, check_runs) for model in models]}
+    return {role: min((one for one in made if one is not None), default=None) for role, made in each.items()}
 
 
 def check_rms(model: GrayBox, runs: list[Run]) -> float | None:

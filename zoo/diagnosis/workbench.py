@@ -334,6 +334,15 @@ class Workbench:
         noise = assumed(white, runs)
         return self._before(Workbench(runs, self.effects, noise, NoiseMixtures(runs, noise.white), scatter))
 
+    @property
+    def steadied(self) -> bool:
+        """Whether the thermometers were drawn smooth, see `zoo.diagnosis.readings`."""
+        return any(run.read is not None for run in self.runs)
+
+    def as_read(self) -> Workbench:
+        """The same runs with their thermometers as they were read."""
+        return self._before(Workbench([run.as_read for run in self.runs], self.effects, self.noise, self.mixtures))
+
     def with_noise(self, noise: NoiseModel) -> Workbench:
         """The same runs, fits weighted with another noise model."""
         return self._before(Workbench(self.runs, self.effects, noise, self.mixtures, self.scatter))

@@ -41,8 +41,8 @@ class Run:
         block: (T,) int64, index of the block each sample belongs to, −1 for the samples of a block too thin to keep.
         rows: rows read from the file.
         notes: what reading noticed (gaps, dropped rows), one sentence each.
-        steadied: whether its thermometers were drawn smooth, see `zoo.measurements.steady`.
         recorded: what the file calls time, thermometers, inputs, reference and output, and their units there; empty where there is no file.
+        read: (T, C) the table as it was read, where its thermometers were drawn smooth since, see `zoo.measurements.steady`.
     """
 
     name: str
@@ -56,7 +56,7 @@ class Run:
     rows: int = 0
     notes: tuple[str, ...] = field(default=())
     recorded: tuple[Source, ...] = ()
-    steadied: bool = False
+    read: Tensor | None = None
 
     @property
     def time(self) -> Tensor:
@@ -72,6 +72,11 @@ class Run:
     def output(self) -> Tensor:
         """(T,) what the gyro showed [unit]: reference and error."""
         return self.table[:, -1] + self.error
+
+    @property
+    def as_read(self) -> Run:
+        """The run with its thermometers as they were read."""
+        return self if self.read is None else replace(self, table=self.read, read=None)
 
     @property
     def blocks(self) -> int:
@@ -140,7 +145,7 @@ class Run:
     def to(self, device: torch.device | str) -> Run:
         """The run with its tensors on a device."""
         tensors = {name: getattr(self, name).to(device) for name in ("table", "error", "count", "block")}
-        return replace(self, **tensors)
+        return replace(self, read=None if self.read is None else self.read.to(device), **tensors)
 
     def in_unit(self, unit: str) -> Run:
         """The run as if its output had been recorded in another unit of the same quantity.

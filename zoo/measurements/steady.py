@@ -30,7 +30,7 @@ def steadied(run: Run) -> Run:
     table = run.table.clone()
     for place in map(run.columns.index, run.thermometers):
         table[:, place] = drawn(run.time, run.table[:, place])
-    return replace(run, table=table, steadied=True)
+    return replace(run, table=table, read=run.table)
 
 
 def scatter(readings: Tensor) -> float:

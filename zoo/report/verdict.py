@@ -8,7 +8,7 @@ from typing import Any
 from zoo.report.floors import WORTH_TELLING, Floors, excess
 from zoo.report.limits import what_could_hide
 from zoo.report.trace import HELD_OUT, Trace, rms
-from zoo.report.wording import finite, joined, percent, reached_beyond, times
+from zoo.report.wording import finite, joined, percent, reached_beyond, significant, times, unit_symbol
 
 Record = dict[str, Any]
 
@@ -313,7 +313,8 @@ def _refined(diagnosis: Record, refinement: Record) -> Verdict:
     done = f"with {joined(added)} added" if added else "as it stands"
     if refinement.get("verdict") == "complete":
         left = _noise(excess(rungs[-1].rms if rungs else None, refinement.get("noise_floor")))
-        return Verdict("complete", f"The model is complete {done}", [f"What it leaves {left}", *_checked(rungs, refinement), *_no_lower(rungs)])
+        what = _of_readings(refinement) or [f"What it leaves {left}", *_checked(rungs, refinement)]
+        return Verdict("complete", f"The model is complete {done}", [*what, *_no_lower(rungs), *_better_without(refinement)])
     if refinement.get("borne_out") is False and (added or _near(rungs, refinement)):
         headline, sentences = _not_borne_out(rungs, refinement)
         return Verdict("unknown", f"{headline} {done}", sentences + _no_lower(rungs) + _better_without(refinement))
@@ -326,6 +327,19 @@ def _refined(diagnosis: Record, refinement: Record) -> Verdict:
     if badly_trained(refinement):
         return _bad_training({**refinement, "rms": rungs[-1].rms if rungs else None})
     return verdict_of(diagnosis) if diagnosis.get("verdict") else Verdict("unknown", "Incomplete", ["What is left is not noise."])
+
+
+def _of_readings(refinement: Record) -> list[str]:
+    """What the thermometers add to the noise of a complete model; nothing where that does not matter."""
+    read, unit = refinement.get("readings") or {}, unit_symbol(refinement.get("unit"))
+    made, unseen = finite(read.get("fit")), finite(read.get("check"))
+    if not made:
+        return []
+    of_check = f", {significant(unseen, 2)} {unit} on the {unfitted(refinement.get('check_runs'))}" if unseen else ""
+    return [
+        "What it leaves is noise, the gyro's and the thermometers': their steps and scatter make "
+        f"{significant(made, 2)} {unit} of the error on the fitted runs{of_check}, which finer ones would save."
+    ]
 
 
 def _no_lower(rungs: list[Rung]) -> list[str]:
