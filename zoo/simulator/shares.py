@@ -9,7 +9,7 @@ import torch
 from torch import Tensor
 
 from zoo.effects.base import Effect
-from zoo.errors import InputError
+from zoo.errors import InputError, nearest
 from zoo.scoring.stages import rms
 from zoo.simulator.draws import Scene, draw_amplitude, draw_direction, draw_shape, given_values, shape_parameters
 from zoo.simulator.gyros.device import Device
@@ -173,7 +173,7 @@ def _named(names: list[str], present: Mapping[str, Effect], catalogue: Mapping[s
         if name in present:
             raise InputError(f"hidden={name}: is one of effects=[{','.join(present)}] already; possible: {', '.join(possible)}")
         if name not in catalogue:
-            raise InputError(f"hidden={name}: no such effect; possible: a number (hidden=0 hides nothing), or of {', '.join(possible)}")
+            raise InputError(f"hidden={name}: no such effect, and no number (hidden=0 hides nothing); {nearest(name, possible)}")
     if len(set(names)) < len(names):
         raise InputError(f"hidden={names}: a name occurs twice")
     return names
