@@ -62,6 +62,9 @@ def test_the_reader_is_told_where_to_stop(more) -> None:
     assert said.kind == "unknown"
     assert any("best with hysteresis alone: stop there" in sentence for sentence in said.sentences)
     assert any("do without" in sentence for sentence in verdict_of({}, refined([0.2, 0.3], **more)).sentences)
+    complete = {"verdict": "complete", "borne_out": True, "noise_floor": 0.1, "noise_floor_check": 0.3}
+    assert any("do without" in sentence for sentence in verdict_of({}, refined([0.2, 0.3], **complete)).sentences)
+    assert not any("do without" in sentence for sentence in verdict_of({}, refined([0.3, 0.2], **complete)).sentences)
     assert not any("stop" in sentence or "without" in sentence for sentence in verdict_of({}, refined([0.2, 0.1], **more)).sentences)
 
 

@@ -69,7 +69,7 @@ def refine(
         check_runs: runs that are only predicted.
         effects: names in the model as it stands.
         add: names to add in this order, or ``"auto"`` for what the diagnosis finds missing. Either way the ladder stands on the runs as the
-            diagnosis left them: without outliers, weighted by the noise that it found.
+            diagnosis left them: without outliers, weighted by the noise that it found; its models are fitted to the readings as they are.
         catalogue: every effect by name.
         progress: told what is being done.
         diagnosis: of the model as it stands, where there is one already; by default a new one, with all of the catalogue as candidates.

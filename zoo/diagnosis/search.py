@@ -67,12 +67,17 @@ class Search:
         return [name for name in self.final.names if name not in self.base.names]
 
 
+def never(_: Search) -> bool:
+    """A search that goes on to its end."""
+    return False
+
+
 def search(
     bench: Workbench,
     base: Solved,
     candidates: list[str],
     progress: Callable[[str], None] = lambda _: None,
-    in_vain: Callable[[Search], bool] = lambda _: False,
+    in_vain: Callable[[Search], bool] = never,
 ) -> Search:
     """Add what helps most, refit, drop what has become superfluous, until nothing helps.
 
@@ -194,7 +199,7 @@ def _singles(found: Search) -> list[Trial]:
 
 
 def _forward(
-    bench: Workbench, found: Search, candidates: list[str], progress: Callable[[str], None], in_vain: Callable[[Search], bool] = lambda _: False
+    bench: Workbench, found: Search, candidates: list[str], progress: Callable[[str], None], in_vain: Callable[[Search], bool] = never
 ) -> None:
     while not in_vain(found):
         step = _round_beside(bench, found.final, found, candidates, progress)

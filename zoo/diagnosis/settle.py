@@ -9,7 +9,7 @@ from functools import partial
 
 from zoo.diagnosis.acceptance import best_of, convinces
 from zoo.diagnosis.readings import without_scatter
-from zoo.diagnosis.search import Search, finished, in_reach, replacement, same, search
+from zoo.diagnosis.search import Search, finished, in_reach, never, replacement, same, search
 from zoo.diagnosis.solved import Solved
 from zoo.diagnosis.structure import leaves_noise
 from zoo.diagnosis.trials import OVERWHELMING, Step, Trial, refit, worth_a_refit
@@ -32,7 +32,8 @@ def settle(
 ) -> tuple[Workbench, Search]:
     """Search, and once more without the outliers or weighted by the noise that the first search left, where there are any or that is another noise.
 
-    The white noise was read off differences of the error, which a fast effect enlarges; what is left of them tells better.
+    The white noise was read off differences of the error, which a fast effect enlarges; what is left of them tells better. Where the scatter of the
+    thermometers' readings matters, they are drawn smooth, before the search or, where a model on its way shows it, for another.
 
     Args:
         bench: the runs under the noise assumed at first.
@@ -58,7 +59,7 @@ def settle(
 def _quietly(bench: Workbench, names: tuple[str, ...], candidates: list[str], progress: Callable[[str], None]) -> tuple[Workbench, Search]:
     """Search, and from the start once more as soon as what is left is quieter than the runs were taken for."""
     for left in reversed(range(REPEATED + 1)):
-        in_vain = partial(_taken_for_louder, bench) if left else _never
+        in_vain = partial(_taken_for_louder, bench) if left else never
         found = search(bench, bench.begin(names), candidates, progress, in_vain)
         if not in_vain(found):
             break
@@ -69,10 +70,6 @@ def _quietly(bench: Workbench, names: tuple[str, ...], candidates: list[str], pr
 def _taken_for_louder(bench: Workbench, found: Search) -> bool:
     """Whether what is left is quieter than the runs were taken for."""
     return _white(bench, found) < QUIETER * bench.mixtures.white
-
-
-def _never(_: Search) -> bool:
-    return False
 
 
 def _again(bench: Workbench, found: Search, candidates: list[str], progress: Callable[[str], None]) -> Search:
