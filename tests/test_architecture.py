@@ -17,7 +17,7 @@ ROOT = Path(__file__).resolve().parents[1]
 FILES = sorted((ROOT / "zoo").rglob("*.py"))
 
 RANK = {
-    "errors": 0, "given": 0, "units": 0, "artifacts": 0, "side_by_side": 0, "processes": 0, "threads": 0, "progress": 0,
+    "errors": 0, "given": 0, "units": 0, "artifacts": 0, "side_by_side": 0, "ahead": 0, "processes": 0, "threads": 0, "progress": 0,
     "physics": 1, "swarm": 1, "scoring": 1,
     "effects": 2, "measurements": 2,
     "models": 3, "simulator": 3,
@@ -27,7 +27,7 @@ RANK = {
     "catalog": 6,
     "cli": 7,
 }  # fmt: skip
-SIBLINGS = {("units", "errors"), ("given", "errors"), ("artifacts", "errors"), ("processes", "errors")}
+SIBLINGS = {("units", "errors"), ("given", "errors"), ("artifacts", "errors"), ("processes", "errors"), ("ahead", "side_by_side")}
 """Imports within a rank that are allowed; everything else goes downwards or stays at home."""
 
 ONLY_IN = {

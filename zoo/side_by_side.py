@@ -60,8 +60,7 @@ def side_by_side(work: Callable[[T], R], items: Iterable[T]) -> list[R]:
         return [work(item) for item in given]
     kind: Hashable = getattr(work, "__code__", None)
     work = _forgetful(work)
-    elsewhere = _busy.get() or threading.current_thread() is not threading.main_thread() or torch.cuda.is_initialized()
-    if ALLOWED < 2 or not COPIES or elsewhere or len(given) * PLACE.size > select.PIPE_BUF:
+    if not copies_allowed() or len(given) * PLACE.size > select.PIPE_BUF:
         return [work(item) for item in given]
     begun, pace, done = time.monotonic(), _paces.get(kind), list[R]()
     with _alone():
@@ -73,6 +72,12 @@ def side_by_side(work: Callable[[T], R], items: Iterable[T]) -> list[R]:
     found = _shared(work, rest, workers) if rest else []
     _paces[kind] = (time.monotonic() - begun) * workers / len(given)
     return [*done, *found]
+
+
+def copies_allowed() -> bool:
+    """Whether this process may be copied, for work on another core."""
+    elsewhere = _busy.get() or threading.current_thread() is not threading.main_thread() or torch.cuda.is_initialized()
+    return ALLOWED > 1 and COPIES and not elsewhere
 
 
 def of_item(shared: R, make: Callable[[], R]) -> R:
@@ -109,17 +114,17 @@ def _forgetful(work: Callable[[T], R]) -> Callable[[T], R]:
 def _shared(work: Callable[[T], R], given: list[T], workers: int) -> list[R]:
     """The results for each item by so many processes, of which this is one."""
     begun, found = time.monotonic(), dict[int, R]()
-    copies: list[_Copy] = []
+    copies: list[Copy] = []
     with _queue(len(given)) as queue:
         try:
             with _alone(), suppress(OSError):  # no more processes, or no memory for one
                 while len(copies) < workers - 1:
-                    copies.append(_copy(work, given, queue))
+                    copies.append(copy_of_this(lambda: _done(work, given, queue)))
             with _alone():
                 found = {place: work(given[place]) for place in _taken(queue)}
             until = time.monotonic() + PATIENCE_S + (time.monotonic() - begun)
             for copy in copies:
-                found |= copy.results(until)
+                found |= copy.result(until - time.monotonic()) or {}
         finally:
             for copy in copies:
                 copy.end()
@@ -156,19 +161,28 @@ def _taken(queue: int) -> Iterator[int]:
         yield PLACE.unpack(place)[0]
 
 
+def _done(work: Callable[[T], R], given: list[T], queue: int) -> dict[int, R]:
+    """The results of the items that were free, by their places."""
+    found: dict[int, R] = {}
+    with suppress(Exception):  # done again, and raised, where it can be told
+        for place in _taken(queue):
+            found[place] = work(given[place])
+    return found
+
+
 @dataclass(frozen=True)
-class _Copy:
-    """A copy of this process, and where it writes its results to."""
+class Copy:
+    """A copy of this process, and where it writes its result to."""
 
     process: int
     output: int
 
-    def results(self, until: float) -> dict[int, Any]:
-        """By place; none where they have not come by a time of the monotonic clock, or are broken off."""
-        ready, _, _ = select.select([self.output], [], [], max(until - time.monotonic(), 0.0))
+    def result(self, patience_s: float) -> Any:
+        """What it came to; None where that has not come by then, or is broken off."""
+        ready, _, _ = select.select([self.output], [], [], max(patience_s, 0.0))
         with open(self.output, "rb", closefd=False) as stream, suppress(EOFError, pickle.UnpicklingError):
-            return dict(pickle.load(stream)) if ready else {}
-        return {}
+            return pickle.load(stream) if ready else None
+        return None
 
     def end(self) -> None:
         """Whether it is done or not."""
@@ -177,8 +191,8 @@ class _Copy:
         os.waitpid(self.process, 0)
 
 
-def _copy(work: Callable[[T], R], given: list[T], queue: int) -> _Copy:
-    """A copy that takes items until there are none.
+def copy_of_this(body: Callable[[], Any]) -> Copy:
+    """A copy of this process that does one thing, whose result it gives back, and ends.
 
     Raises:
         OSError: the system gives no further process.
@@ -195,14 +209,11 @@ def _copy(work: Callable[[T], R], given: list[T], queue: int) -> _Copy:
         raise
     if process:
         os.close(writing)
-        return _Copy(process, output)
+        return Copy(process, output)
     try:
         signal.signal(signal.SIGINT, signal.SIG_DFL)
         signal.signal(signal.SIGTERM, signal.SIG_DFL)
-        found: dict[int, R] = {}
-        with suppress(Exception):  # done again, and raised, where it can be told
-            for place in _taken(queue):
-                found[place] = work(given[place])
+        found = body()
         with os.fdopen(writing, "wb") as stream:
             pickle.dump(found, stream, pickle.HIGHEST_PROTOCOL)
     finally:

@@ -13,6 +13,7 @@ from zoo.cli.grown_model import examine
 from zoo.cli.inputs import read_data
 from zoo.cli.next_commands import next_commands, refine_words, stub_commands
 from zoo.models.prediction import usable_device
+from zoo.report.page_ahead import page_ahead
 from zoo.report.unknown_stub import stub_line, write_stub
 from zoo.threads import threads_for
 
@@ -28,14 +29,13 @@ def run(config: DictConfig, out: Path) -> Path:
         The diagnosis as JSON; report.html and TensorBoard events lie beside it, and where nothing explains the runs, a class to start from.
     """
     console = Console(stderr=True)
-    with console.status("reading") as status, threads_for(0):
+    with page_ahead() as page, console.status("reading") as status, threads_for(0):
         runs, check_runs = read_data(config)
         device = usable_device(config.torch_device)
         runs = [run.to(device) for run in runs]
         found, asked = examine(subject(config, runs), runs, status.update)
         status.update("drawing the report")
         from zoo.report.collect import traces  # matplotlib takes a second to import: only once there is something to draw
-        from zoo.report.page import write_report
         from zoo.report.tensorboard import write_events
         from zoo.report.terminal import print_diagnosis
 
@@ -45,8 +45,9 @@ def run(config: DictConfig, out: Path) -> Path:
         drawn = [*traces(fitted, "fit", base, refined, left, last.residual), *traces(check_runs, "check", base, refined)]
         stub = write_stub(found.record, out)
         commands = [*next_commands(found.search.missing), *stub_commands(found.record, out)]
-        write_report(out / "report.html", found.record, drawn, commands=commands, refine=refine_words())
+        page.begin(out / "report.html", found.record, drawn, commands=commands, refine=refine_words())
         write_events(out / "tensorboard", found.record, drawn)
+        page.end()
         path = write_json(out / "diagnosis.json", found.record)
     print_diagnosis(found.record, commands)
     if stub:

@@ -8,6 +8,7 @@ from typing import Any
 from omegaconf import DictConfig
 from rich.console import Console
 
+from zoo.ahead import Ahead
 from zoo.artifacts import write_json
 from zoo.cli.effects import named
 from zoo.cli.given_model import subject
@@ -18,6 +19,7 @@ from zoo.cli.saved_models import keep_model
 from zoo.diagnosis.refine import Refinement, check_added
 from zoo.models.base import Model
 from zoo.models.prediction import usable_device
+from zoo.report.page_ahead import page_ahead
 from zoo.report.unknown_stub import stub_line, write_stub
 from zoo.threads import threads_for
 
@@ -35,7 +37,7 @@ def run(config: DictConfig, out: Path) -> Path:
     add = "auto" if config.add == "auto" else named("add", config.add, "auto")
     wanted = None if isinstance(add, str) else add
     console = Console(stderr=True)
-    with console.status("reading") as status, threads_for(0):
+    with page_ahead() as page, console.status("reading") as status, threads_for(0):
         runs, check_runs = read_data(config)
         device = usable_device(config.torch_device)
         runs = [run.to(device) for run in runs]
@@ -47,7 +49,7 @@ def run(config: DictConfig, out: Path) -> Path:
         found, models = climb(asked, before, runs, check_runs, add, status.update)
         status.update("drawing the report")
         record = before.record
-        _report(out, record, found, models, check_runs)
+        _report(page, out, record, found, models, check_runs)
         stub = write_stub(record, out)
         keep_model(out, model_config(config, asked, models[-1]), models[-1], runs)
         path = write_json(out / "refinement.json", found.record)
@@ -63,9 +65,8 @@ def run(config: DictConfig, out: Path) -> Path:
     return path
 
 
-def _report(out: Path, record: dict[str, Any], found: Refinement, models: list[Model], check_runs: Any) -> None:
+def _report(page: Ahead, out: Path, record: dict[str, Any], found: Refinement, models: list[Model], check_runs: Any) -> None:
     from zoo.report.collect import traces  # matplotlib takes a second to import: only once there is something to draw
-    from zoo.report.page import write_report
     from zoo.report.tensorboard import write_events
 
     base, refined = models[0], models[-1] if len(models) > 1 else None
@@ -73,5 +74,6 @@ def _report(out: Path, record: dict[str, Any], found: Refinement, models: list[M
     # A network was trained anew on each rung, and a trained sum of effects is as it was given: neither leaves what the fit does.
     left = [found.solutions[i].residual if models[i] is found.solutions[i].model else None for i in (0, -1)]
     drawn = [*traces(fitted, "fit", base, refined, *left), *traces(check_runs, "check", base, refined)]
-    write_report(out / "report.html", record, drawn, found.record, refine=refine_words())
+    page.begin(out / "report.html", record, drawn, found.record, refine=refine_words())
     write_events(out / "tensorboard", record, drawn, found.record)
+    page.end()

@@ -38,15 +38,12 @@ from zoo.side_by_side import side_by_side
 from zoo.threads import threads_for
 
 SCHEMA_VERSION = 1
-UNLIKELY = 1e-3
 LISTED = 9
 """How many hypotheses are listed beside the unknown."""
 PROMISING = 0.3
 """Share of an effect's gain by projection that another must have for a closer look at whether it can be told from it."""
 CLOSE = 3.0
 """Log Bayes factor below which two effects explain the runs about as well (20 : 1, strong evidence in Kass & Raftery 1995)."""
-COMPARED = 3
-"""How many of the best candidates are compared with all others for what these runs cannot tell apart."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -216,12 +213,14 @@ def _posterior(weighed: list[Hypothesis], structure: Structure) -> list[dict[str
 def _candidates(bench: Workbench, found: Search, names: list[str], weighed: list[Hypothesis]) -> list[dict[str, Any]]:
     first = found.steps[0]
     chance = {name: sum(one.probability for one in weighed if name in one.effects) for name in names}
-    strong = [trial.screened.name for trial in first.trials[:COMPARED] if trial.refitted and trial.evidence > 0]
-    likely = {name for name in strong if posterior(first)[name] > UNLIKELY} | set(found.missing)
-    others = [name for name in names if name not in found.missing]
     tried = [trial.screened.name for trial in first.trials]
-    entries = [_candidate(bench, found, name, chance[name], others) for name in tried if name in likely]  # each beside all others side by side
-    entries += side_by_side(lambda name: _candidate(bench, found, name, chance[name], []), [name for name in tried if name not in likely])
+    asked = found.missing or [trial.screened.name for trial in first.trials[:1] if trial.refitted and trial.evidence > 0]
+    others = [name for name in names if name not in found.missing]
+    entries = [_candidate(bench, found, name, chance[name], others) for name in asked]  # each beside all others side by side
+    entries += side_by_side(lambda name: _candidate(bench, found, name, chance[name], []), [name for name in tried if name not in asked])
+    twins = {entry["effect"]: entry["indistinguishable_from"] for entry in entries}
+    for entry in entries[len(asked) :]:  # neither can be told from the other
+        entry["indistinguishable_from"] = [name for name in asked if entry["effect"] in twins[name]]
     rank = {name: i for i, name in enumerate(found.missing)}
     return sorted(entries, key=lambda entry: (rank.get(entry["effect"], len(rank)), -entry["probability"], entry["delta_bic"]))
 

@@ -42,12 +42,13 @@ def limit_rows(diagnosis: Record, scale: Scale) -> list[LimitRow]:
 
 def what_could_hide(diagnosis: Record) -> list[str]:
     """What these runs show least of, in a sentence; none where that is not known."""
-    sizes = _sizes(diagnosis)[-NAMED:]
-    if not sizes:
-        return []
-    ratio = excess(sizes[0][1], diagnosis.get("noise_floor"))
-    until = "hardly to be seen in any size" if ratio is None else f"not to be seen below {times(ratio)} the noise floor"
-    return [f"What is small could still hide: most of all {joined([name for name, _ in sizes])}, {until}."]
+    sizes, floor = _sizes(diagnosis)[-NAMED:], diagnosis.get("noise_floor")
+    ratios = {name: excess(size, floor) for name, size in sizes}
+    below = [f"{name} below {times(ratio)}" for name, ratio in ratios.items() if ratio is not None]
+    anyhow = [name for name, ratio in ratios.items() if ratio is None]
+    told = [f"{joined(below)} the noise floor"] if below else []
+    told += [f"{joined(anyhow)} in any size"] if anyhow else []
+    return [f"What is small could still hide: most of all {', and '.join(told)}."] if told else []
 
 
 def _sizes(diagnosis: Record) -> list[tuple[str, float | None]]:

@@ -87,7 +87,7 @@ def propose(bench: Workbench, rivals: Sequence[Solved]) -> Proposal | None:
     if len(chosen) < 2 or too_hot(bench.runs, NEVER_C):
         return None
     known, old = circumstances_of(bench.runs), Old([[rival] for rival in chosen])
-    weighed = [weigh(bench, known, old, one) for one in family(known)]
+    weighed = side_by_side(lambda one: weigh(bench, known, old, one), family(known))
     if choose(weighed, len(chosen)) is None:
         return None
     anywhere = Old([[rival, *elsewhere(bench, rival, old.common)] for rival in chosen])

@@ -9,7 +9,7 @@ import torch
 
 from zoo.diagnosis.alike import indistinguishable
 from zoo.diagnosis.screening import Screened, screen
-from zoo.diagnosis.search import Search
+from zoo.diagnosis.search import Search, same
 from zoo.diagnosis.solved import Solved
 from zoo.diagnosis.workbench import COARSE, VARIED_REFERENCE, Workbench
 from zoo.effects.bounds import to_unit
@@ -44,7 +44,7 @@ def rivals_of(bench: Workbench, found: Search, twins: Mapping[str, Sequence[str]
         if open_to:
             before = bench.known(names) or bench.without(found.final, name)
             more = found.final if found.final.names[-1] == name else bench.add(before, name)
-            guesses = screen(bench, before, open_to)
+            guesses = _guesses(bench, found, before, open_to)
             fits = side_by_side(partial(_in_place_of, bench, before, more), guesses)
             models = [bench.taken((*before.names, guess.name), one, before.likely.place) for guess, one in zip(guesses, fits, strict=True)]
             worth = {id(model): bench.evidence(before, model) for model in models}
@@ -53,6 +53,13 @@ def rivals_of(bench: Workbench, found: Search, twins: Mapping[str, Sequence[str]
                 continue
             return [found.final, *sorted(near, key=lambda model: (model.names[-1] in still, -worth[id(model)]))]
     return []
+
+
+def _guesses(bench: Workbench, found: Search, before: Solved, names: list[str]) -> list[Screened]:
+    """The best guess of each effect beside a model: as it was screened there before, else screened now."""
+    known = {trial.screened.name: trial.screened for step in found.steps if same(step.before, before) for trial in step.trials}
+    new = [name for name in names if name not in known]
+    return [*(known[name] for name in names if name in known), *(screen(bench, before, new) if new else ())]
 
 
 def _in_place_of(bench: Workbench, before: Solved, more: Solved, guess: Screened) -> Fit:
