@@ -16,7 +16,7 @@ from zoo.diagnosis.acceptance import ACCEPT, FIRST, accepted, convinces
 from zoo.diagnosis.diagnose import Diagnosis, diagnose, open_bench
 from zoo.diagnosis.posterior import hypotheses
 from zoo.diagnosis.screening import Screened, screen
-from zoo.diagnosis.search import PAIRED, Search, _drop, _looked_at, _remember, _single, _singles
+from zoo.diagnosis.search import PAIRED, Search, _drop, _looked_at, _remember, _singles, single
 from zoo.diagnosis.settle import _white
 from zoo.diagnosis.trials import Step, Trial, glances, refit
 from zoo.effects.earlier import before_each
@@ -159,12 +159,10 @@ def test_a_single_effect_that_leaves_noise_is_taken_before_any_two(diagnosis) ->
     bench, base, first = found.bench, found.search.base, found.search.steps[0]
     wrong = bench.add(base, "supply_voltage")
     search = Search(base, wrong, [replace(first, chosen="supply_voltage")])
-    assert _single(bench, search)
+    assert single(bench, search)
     assert (search.missing, search.steps[0].chosen) == (["bias_step"], "bias_step")
     quiet = diagnosis("")
-    assert not _single(quiet.bench, Search(quiet.search.base, quiet.search.base, [quiet.search.steps[0]])), (
-        "the base is noise, but nothing is evident"
-    )
+    assert not single(quiet.bench, Search(quiet.search.base, quiet.search.base, [quiet.search.steps[0]])), "the base is noise, but nothing is evident"
 
 
 def test_what_lowers_no_rms_must_predict_pieces_better_or_be_overwhelming(diagnosis) -> None:

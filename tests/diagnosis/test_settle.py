@@ -10,6 +10,7 @@ from zoo.diagnosis import settle, trials
 from zoo.diagnosis.diagnose import open_bench
 from zoo.diagnosis.search import search
 from zoo.diagnosis.settle import reweighed
+from zoo.diagnosis.structure import leaves_noise
 from zoo.scoring.noise import NoiseModel
 
 
@@ -66,6 +67,26 @@ def test_where_it_would_decide_otherwise_or_did_not_go_straight_there_is_none(fi
     assert reweighed(again, replace(found, steps=[found.steps[0], last])) is None, "another was added"
     monkeypatch.setattr(settle, "leaves_noise", lambda *_: False)
     assert reweighed(again, found) is None
+
+
+def test_where_nothing_leads_to_noise_every_way_is_tried_again(first, runs, base, catalogue, monkeypatch) -> None:
+    """A line in temperature, which nothing in this small catalogue has: what two effects at once come to is fitted on as well."""
+    bench, found, again, candidates = first(runs, base, catalogue, "polarization")
+    assert not leaves_noise(bench, found.final, found.base)
+    by_itself = bench.with_noise(again.noise)
+    whole = search(by_itself, by_itself.begin(tuple(base)), candidates)
+    pairs = settle._beyond_the_end(found)
+    assert pairs
+    with monkeypatch.context() as patched:
+        patched.setattr(trials, "screen", None)
+        straight = reweighed(again, found)
+    assert straight is not None
+    assert not leaves_noise(again, straight.final, straight.base)
+    assert straight.missing == whole.missing
+    assert {step.before.names for step in straight.steps} == {step.before.names for step in whole.steps}
+    assert straight.final.rms == pytest.approx(whole.final.rms, rel=0.02)
+    monkeypatch.setattr(settle, "pair", lambda _, search, *__: search.keep(pairs[0].before))
+    assert reweighed(again, found) is None, "two at once lead to noise now"
 
 
 def test_a_search_in_too_much_noise_is_given_up_as_soon_as_it_is_seen(runs, base, catalogue) -> None:

@@ -98,10 +98,10 @@ def search(
             break
     if not leaves_noise(bench, found.final, base):
         few = len(found.missing) < 2
-        if few and _single(bench, found):
+        if few and single(bench, found):
             _forward(bench, found, candidates, progress)
-        elif not _by_evidence(bench, found, candidates, progress) and few:
-            _pair(bench, found, candidates, progress)
+        elif not by_evidence(bench, found, candidates, progress) and few:
+            pair(bench, found, candidates, progress)
     _drop(bench, found)
     _agree(bench, found)
     # what was asked beside a worse fit of the final model is no answer
@@ -138,41 +138,45 @@ def _agree(bench: Workbench, found: Search) -> None:
                 step.trials.sort(key=lambda trial: (not trial.refitted, -trial.evidence))
 
 
-def _single(bench: Workbench, found: Search) -> bool:
+def single(bench: Workbench, found: Search) -> bool:
     """Take another effect of the first round than the one that was chosen, if it leaves noise; whether one did."""
     first = found.steps[0]
-    for single in _singles(found):
-        if single.solved is None or not single.refitted or single.evidence < first.needed:
+    for one in _singles(found):
+        if one.solved is None or not one.refitted or one.evidence < first.needed:
             continue
-        alone = finished(bench, found.base, single.solved)
+        alone = finished(bench, found.base, one.solved)
         if leaves_noise(bench, alone, found.base):
-            first.chosen = single.screened.name
+            first.chosen = one.screened.name
             found.keep(alone)
             return True
     return False
 
 
-def _pair(bench: Workbench, found: Search, candidates: list[str], progress: Callable[[str], None]) -> None:
+def pair(
+    bench: Workbench, found: Search, candidates: list[str], progress: Callable[[str], None], ask: Callable[[Solved, list[str]], Step] | None = None
+) -> None:
     """Two effects at once, where one at a time leads nowhere: each alone may explain too little while the other is missing.
 
     The likeliest of the first round are each tried with a second one beside them; two are taken if they leave noise.
+
+    Args:
+        bench: the runs and effects.
+        found: the search so far; its rounds beside one effect are added to it.
+        candidates: effects that may be added.
+        progress: told what is being tried.
+        ask: a round of some candidates beside a model; by default `round_for_a_pair`.
     """
-    for single in _singles(found):
-        if not single.refitted:
-            refit(bench, found.base, [single], progress)
-        assert single.solved is not None
-        others = [name for name in candidates if name not in single.solved.names]
+    for one in _singles(found):
+        if not one.refitted:
+            refit(bench, found.base, [one], progress)
+        assert one.solved is not None
+        others = [name for name in candidates if name not in one.solved.names]
         if not others:
             return
-        step = round_of(bench, single.solved, others, ACCEPT, progress, least=IN_SIGHT * bench.mixtures.white)
+        step = ask(one.solved, others) if ask else round_for_a_pair(bench, one.solved, others, progress)
         found.steps.append(step)
         best = step.trials[0]
-        if (
-            best.solved is None
-            or not best.refitted
-            or best.evidence < ACCEPT
-            or single.evidence + best.evidence < found.steps[0].needed + step.needed
-        ):
+        if best.solved is None or not best.refitted or best.evidence < ACCEPT or one.evidence + best.evidence < found.steps[0].needed + step.needed:
             continue
         both = pruned(bench, finished(bench, found.base, best.solved), found.base)
         if len(both.names) == len(best.solved.names) and leaves_noise(bench, both, found.base):
@@ -180,6 +184,11 @@ def _pair(bench: Workbench, found: Search, candidates: list[str], progress: Call
             found.keep(both)
             _exchange(bench, found, candidates, progress)
             return
+
+
+def round_for_a_pair(bench: Workbench, one: Solved, others: list[str], progress: Callable[[str], None]) -> Step:
+    """What beside one effect may make noise of the rest; nothing is refitted where that is out of sight."""
+    return round_of(bench, one, others, ACCEPT, progress, least=IN_SIGHT * bench.mixtures.white)
 
 
 def _singles(found: Search) -> list[Trial]:
@@ -217,7 +226,7 @@ def _round_beside(bench: Workbench, now: Solved, found: Search, candidates: list
     return round_of(bench, now, [name for name in candidates if name not in now.names], accepted(found.base, now), progress)
 
 
-def _by_evidence(bench: Workbench, found: Search, candidates: list[str], progress: Callable[[str], None]) -> bool:
+def by_evidence(bench: Workbench, found: Search, candidates: list[str], progress: Callable[[str], None]) -> bool:
     """The walk once more by evidence alone, as long as that is overwhelming; taken where it leaves noise. Whether it did.
 
     What predicts other pieces of the runs best may be flexible enough to follow the sum of two, and what happens once predicts none of them. What

@@ -9,10 +9,23 @@ from functools import partial
 
 from zoo.diagnosis.acceptance import best_of, convinces
 from zoo.diagnosis.readings import without_scatter
-from zoo.diagnosis.search import Search, finished, in_reach, never, replacement, same, search
+from zoo.diagnosis.search import (
+    IN_SIGHT,
+    Search,
+    by_evidence,
+    finished,
+    in_reach,
+    never,
+    pair,
+    replacement,
+    round_for_a_pair,
+    same,
+    search,
+    single,
+)
 from zoo.diagnosis.solved import Solved
 from zoo.diagnosis.structure import leaves_noise
-from zoo.diagnosis.trials import OVERWHELMING, Step, Trial, refit, worth_a_refit
+from zoo.diagnosis.trials import OVERWHELMING, Step, Trial, refit, refit_best
 from zoo.diagnosis.workbench import COARSE, Workbench, theta_without
 from zoo.fitting.variable_projection import Fit
 from zoo.scoring.noise import white_level
@@ -93,6 +106,8 @@ def _white(bench: Workbench, found: Search) -> float:
 def reweighed(bench: Workbench, found: Search, progress: Callable[[str], None] = lambda _: None) -> Search | None:
     """A search that went straight to its end, with all its models fitted on under other noise; None where it would not end there.
 
+    Where that end is no noise, nothing else that was tried may lead to any now either.
+
     Evidence is weighed in whichever noise suits a model best, before as well as now. So other weights only move what was fitted, mostly by little,
     and what hardly explains anything under some is not looked for again under the others.
 
@@ -101,14 +116,15 @@ def reweighed(bench: Workbench, found: Search, progress: Callable[[str], None] =
         found: the search, in which nothing was taken back or exchanged.
         progress: told what is being tried.
     """
-    if not _straight(found):
+    pairs = _beyond_the_end(found)
+    if pairs is None:
         return None
     base = bench.solve(found.base.names, [found.base.fit.theta], found.base.likely.place)
     again = Search(base, base)
     for one in found.path:
         again.keep(finished(bench, base, bench.solve(one.names, [one.fit.theta], one.likely.place, COARSE)))
     kept = {frozenset(one.names): one for one in (base, *again.path)}
-    for number, old in enumerate(found.steps):
+    for number, old in enumerate(found.steps[: len(found.steps) - len(pairs)]):
         there = kept.get(frozenset(old.before.names))
         before = there or bench.solve(old.before.names, [old.before.fit.theta], old.before.likely.place)
         step = _asked_again(bench, old, before, kept)
@@ -119,24 +135,51 @@ def reweighed(bench: Workbench, found: Search, progress: Callable[[str], None] =
         if step.chosen != old.chosen:
             return None
         again.steps.append(step)
-    return again if leaves_noise(bench, again.final, base) else None
+    if leaves_noise(bench, again.final, base):
+        return None if pairs else again
+    return again if pairs and _nothing_else(bench, again, pairs, progress) else None
 
 
-def _straight(found: Search) -> bool:
-    """Whether every round added what is in the end there, the last one nothing, and no exchange took the place of anything."""
+def _beyond_the_end(found: Search) -> list[Step] | None:
+    """The rounds in which two effects at once were tried in vain, after a search that went straight to its end; None of one that did not.
+
+    Straight: every round added what is in the end there, the last one nothing, and no exchange took the place of anything.
+    """
     missing = found.missing
-    rounds, exchanges = found.steps[: len(missing) + 1], found.steps[len(missing) + 1 :]
+    asked = missing if len(missing) > 1 else []
+    rounds, exchanges = found.steps[: len(missing) + 1], found.steps[len(missing) + 1 : len(missing) + 1 + len(asked)]
+    pairs = found.steps[len(missing) + 1 + len(asked) :]
     ways = [(*found.base.names, *missing[:number]) for number in range(len(missing) + 1)]
     if [one.names for one in found.path] != ways[1:] or [step.before.names for step in rounds] != ways:
+        return None
+    if [step.chosen for step in rounds] != [*missing, None] or [step.chosen for step in exchanges] != asked:
+        return None
+    others = [step.chosen is None and step.before.names not in ways and step.before.names[:-1] == found.base.names for step in pairs]
+    return pairs if all(others) else None
+
+
+def _nothing_else(bench: Workbench, again: Search, pairs: list[Step], progress: Callable[[str], None]) -> bool:
+    """Whether a search that ends where there is no noise finds none by other ways either, of which it has tried some pairs before."""
+    candidates = [trial.screened.name for trial in again.steps[0].trials]
+    if single(bench, again) or by_evidence(bench, again, candidates, progress):
         return False
-    asked = missing if len(missing) > 1 else []
-    return [step.chosen for step in rounds] == [*missing, None] and [step.chosen for step in exchanges] == asked
+
+    def ask(before: Solved, names: list[str]) -> Step:
+        old = next((step for step in pairs if step.before.names == before.names), None)
+        if old is None:
+            return round_for_a_pair(bench, before, names, progress)
+        step = _asked_again(bench, old, before, {})
+        refit_best(bench, step, progress, IN_SIGHT * bench.mixtures.white)
+        return step
+
+    path = len(again.path)
+    pair(bench, again, candidates, progress, ask)
+    return len(again.path) == path
 
 
 def _forward_again(bench: Workbench, base: Solved, step: Step, progress: Callable[[str], None]) -> None:
     """What a round of a search forward comes to."""
-    refit(bench, step.before, [trial for trial in worth_a_refit(bench, step.trials, step.before) if not trial.refitted], progress)
-    step.trials.sort(key=lambda trial: (not trial.refitted, -trial.evidence))
+    refit_best(bench, step, progress)
     best = best_of(bench, base, [trial for trial in step.trials if convinces(bench, base, step, trial)])
     step.chosen = None if best is None else best.screened.name
 

@@ -90,11 +90,17 @@ def round_of(bench: Workbench, before: Solved, names: list[str], accept: float, 
         progress: told what is being tried.
         least: RMS that one of them must reach at a glance for any to be refitted [unit].
     """
-    trials = glances(bench, before, screen(bench, before, names))
-    reached = min((trial.solved.rms for trial in trials if trial.solved is not None), default=0.0)
-    refit(bench, before, worth_a_refit(bench, trials, before) if reached <= least else [], progress)
-    trials.sort(key=lambda trial: (not trial.refitted, -trial.evidence))
-    return Step(before, trials, accept)
+    step = Step(before, glances(bench, before, screen(bench, before, names)), accept)
+    refit_best(bench, step, progress, least)
+    return step
+
+
+def refit_best(bench: Workbench, step: Step, progress: Callable[[str], None], least: float = math.inf) -> None:
+    """Refit those trials of a round that are worth it and were not refitted yet, and put the best first; the arguments are those of `round_of`."""
+    reached = min((trial.solved.rms for trial in step.trials if trial.solved is not None), default=0.0)
+    worthy = worth_a_refit(bench, step.trials, step.before) if reached <= least else []
+    refit(bench, step.before, [trial for trial in worthy if not trial.refitted], progress)
+    step.trials.sort(key=lambda trial: (not trial.refitted, -trial.evidence))
 
 
 def refit(
