@@ -60,13 +60,38 @@ def test_no_round_of_the_first_search_is_changed(first, runs, base, catalogue) -
     assert [(step.chosen, [(trial.screened.name, trial.evidence, trial.solved) for trial in step.trials]) for step in found.steps] == before
 
 
-def test_where_it_would_decide_otherwise_or_did_not_go_straight_there_is_none(first, runs, base, catalogue, monkeypatch) -> None:
+def test_where_it_would_decide_otherwise_there_is_none(first, runs, base, catalogue, monkeypatch) -> None:
     _, found, again, _ = first(runs, base, catalogue, "hysteresis")
-    assert reweighed(again, replace(found, steps=[*found.steps, found.steps[-1]])) is None, "something was asked again"
-    last = replace(found.steps[-1], chosen="aging")
-    assert reweighed(again, replace(found, steps=[found.steps[0], last])) is None, "another was added"
+    assert reweighed(again, replace(found, steps=found.steps[:-1])) is None, "nobody asked what else may be missing"
+    with monkeypatch.context() as patched:
+        patched.setattr(settle, "convinces", lambda *_: True)
+        assert reweighed(again, found) is None, "one more would be added"
     monkeypatch.setattr(settle, "leaves_noise", lambda *_: False)
     assert reweighed(again, found) is None
+
+
+def test_the_end_of_a_search_that_took_something_back_is_asked_alone(runs, base, catalogue, monkeypatch) -> None:
+    """What a glass transition stood for is known in the end; its rounds need not be asked again."""
+    few = {name: catalogue[name] for name in (*base, "rate_temperature_coupling", "moisture", "glass_transition", "viscoelastic", "aging")}
+    candidates = [name for name in few if name not in base]
+    bench = open_bench(runs("rate_temperature_coupling+moisture", 2), base, few)
+    louder = NoiseModel(bench.noise.white, 4 * bench.noise.flicker, 0.2 * bench.noise.white)
+    by_itself, again = bench.with_noise(louder), bench.with_noise(louder)
+    found = search(bench, bench.begin(tuple(base)), candidates)
+    assert found.steps[0].chosen == "glass_transition"
+    whole = search(by_itself, by_itself.begin(tuple(base)), candidates)
+    monkeypatch.setattr(trials, "screen", None)
+    ended = reweighed(again, found)
+    assert ended is not None
+    assert set(ended.missing) == set(whole.missing) == {"rate_temperature_coupling", "moisture"}
+    assert ended.final.fit.total == pytest.approx(whole.final.fit.total, abs=0.5)
+    assert [step.chosen for step in ended.steps[1:]] == [*ended.missing, None]
+    for name in ended.missing:
+        mine, its = (next(step for step in one.steps[::-1] if set(step.before.names) == {*whole.final.names} - {name}) for one in (ended, whole))
+        assert mine.trials[0].screened.name == its.trials[0].screened.name == name
+        assert mine.trials[0].evidence == pytest.approx(its.trials[0].evidence, abs=1.0)
+    monkeypatch.setattr(settle, "replacement", lambda _, __, step, own: next(trial for trial in step.trials if trial is not own))
+    assert reweighed(again, found) is None, "another takes the place of one"
 
 
 def test_where_nothing_leads_to_noise_every_way_is_tried_again(first, runs, base, catalogue, monkeypatch) -> None:

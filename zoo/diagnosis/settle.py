@@ -7,7 +7,7 @@ from collections.abc import Callable
 from dataclasses import replace
 from functools import partial
 
-from zoo.diagnosis.acceptance import best_of, convinces
+from zoo.diagnosis.acceptance import ACCEPT, best_of, convinces
 from zoo.diagnosis.readings import without_scatter
 from zoo.diagnosis.search import (
     IN_SIGHT,
@@ -104,26 +104,24 @@ def _white(bench: Workbench, found: Search) -> float:
 
 
 def reweighed(bench: Workbench, found: Search, progress: Callable[[str], None] = lambda _: None) -> Search | None:
-    """A search that went straight to its end, with all its models fitted on under other noise; None where it would not end there.
+    """A search with its models fitted on under other noise; None where it would not end as it did.
 
-    Where that end is no noise, nothing else that was tried may lead to any now either.
+    Of one that went straight to its end every round is asked again, and where that end is no noise, nothing else that was tried may lead to any now
+    either. Of one that came to noise by detours the end is asked: nothing beside it, and nothing in the place of what was added, may be called for.
 
     Evidence is weighed in whichever noise suits a model best, before as well as now. So other weights only move what was fitted, mostly by little,
     and what hardly explains anything under some is not looked for again under the others.
 
     Args:
         bench: the same runs, or nearly so, under the other noise.
-        found: the search, in which nothing was taken back or exchanged.
+        found: the search.
         progress: told what is being tried.
     """
     pairs = _beyond_the_end(found)
     if pairs is None:
-        return None
-    base = bench.solve(found.base.names, [found.base.fit.theta], found.base.likely.place)
-    again = Search(base, base)
-    for one in found.path:
-        again.keep(finished(bench, base, bench.solve(one.names, [one.fit.theta], one.likely.place, COARSE)))
-    kept = {frozenset(one.names): one for one in (base, *again.path)}
+        return _end_reweighed(bench, found, progress)
+    again, kept = _fitted_on(bench, found, found.path)
+    base = again.base
     for number, old in enumerate(found.steps[: len(found.steps) - len(pairs)]):
         there = kept.get(frozenset(old.before.names))
         before = there or bench.solve(old.before.names, [old.before.fit.theta], old.before.likely.place)
@@ -138,6 +136,37 @@ def reweighed(bench: Workbench, found: Search, progress: Callable[[str], None] =
     if leaves_noise(bench, again.final, base):
         return None if pairs else again
     return again if pairs and _nothing_else(bench, again, pairs, progress) else None
+
+
+def _fitted_on(bench: Workbench, found: Search, path: list[Solved]) -> tuple[Search, dict[frozenset[str], Solved]]:
+    """A search with some of its models fitted on, without its rounds; and these models by the names of their effects."""
+    base = bench.solve(found.base.names, [found.base.fit.theta], found.base.likely.place)
+    again = Search(base, base)
+    for one in path:
+        again.keep(finished(bench, base, bench.solve(one.names, [one.fit.theta], one.likely.place, COARSE)))
+    return again, {frozenset(one.names): one for one in (base, *again.path)}
+
+
+def _end_reweighed(bench: Workbench, found: Search, progress: Callable[[str], None]) -> Search | None:
+    """A search with its last model alone fitted on, and the rounds that say why it ended there asked again; None where there is not each of them, or
+    one has another answer now."""
+    rounds = {frozenset(step.before.names): step for step in found.steps}
+    places = {frozenset(found.final.names) - {name}: name for name in found.missing}
+    if not found.missing or not rounds.keys() >= {frozenset(found.final.names), *places}:
+        return None
+    again, kept = _fitted_on(bench, found, [found.final])
+    for beside in dict.fromkeys([frozenset(found.base.names), *places, frozenset(found.final.names)]):
+        old = rounds[beside]
+        before = kept.get(beside) or bench.solve(old.before.names, [old.before.fit.theta], old.before.likely.place)
+        step = _asked_again(bench, old, before, kept)
+        again.steps.append(step)
+        if beside in places:
+            own = _exchange_again(bench, again, step, places[beside], progress)
+            if step.chosen != places[beside] or own.evidence < ACCEPT:
+                return None
+        else:
+            _forward_again(bench, again.base, step, progress)
+    return again if step.chosen is None and leaves_noise(bench, again.final, again.base) else None
 
 
 def _beyond_the_end(found: Search) -> list[Step] | None:
@@ -184,14 +213,15 @@ def _forward_again(bench: Workbench, base: Solved, step: Step, progress: Callabl
     step.chosen = None if best is None else best.screened.name
 
 
-def _exchange_again(bench: Workbench, again: Search, step: Step, name: str, progress: Callable[[str], None]) -> None:
-    """What a round for another effect in the place of one comes to."""
+def _exchange_again(bench: Workbench, again: Search, step: Step, name: str, progress: Callable[[str], None]) -> Trial:
+    """What a round for another effect in the place of one comes to; gives that one's own trial."""
     own = next(trial for trial in step.trials if trial.screened.name == name)
     others = [trial for trial in in_reach(step.trials, own.evidence) if not trial.refitted]
     refit(bench, step.before, others, progress, 0, theta_without(again.final, name))
     step.trials.sort(key=lambda trial: (not trial.refitted, -trial.evidence))
     better = replacement(bench, again.base, step, own)
     step.chosen = name if better is None else better.screened.name
+    return own
 
 
 def _asked_again(bench: Workbench, old: Step, before: Solved, kept: dict[frozenset[str], Solved]) -> Step:
