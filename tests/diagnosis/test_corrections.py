@@ -8,9 +8,10 @@ import pytest
 import torch
 from torch import Tensor
 
-from zoo.diagnosis.corrections import has_own_input, stands_apart
+from zoo.diagnosis.corrections import _freer, has_own_input, stands_apart
 from zoo.diagnosis.diagnose import diagnose, open_bench
 from zoo.diagnosis.quantities import by_the_clock, momentary
+from zoo.fitting.projection import complement, orthonormal
 from zoo.measurements.run import Run
 from zoo.simulator.in_process import as_run
 
@@ -120,6 +121,25 @@ def test_what_a_changing_line_leaves_is_no_effect_of_its_own(simulation, catalog
     before = bench.add(start, "chamber_cycling")
     after = bench.add(before, "polarization")
     assert not stands_apart(bench, start, before, after, bench.evidence(before, after), 8.0)
+
+
+def test_the_freer_form_of_a_line_has_a_phase_that_wanders(simulation, catalogue, base, white) -> None:
+    """By half a radian in each run: what the line leaves of it, and what another effect might be added for, a freer one takes over."""
+    runs, waves = [], []
+    for one in simulation("", 1).runs:
+        run = as_run(one)
+        share = run.time / float(run.time[-1])
+        wave = 8 * white * (2 * torch.pi * run.time / 400 + 0.5 * (2 * torch.pi * share).sin()).sin()
+        runs.append(replace(run, error=run.error + wave))
+        waves.append(run.block_mean(wave))
+    bench = open_bench(runs, base, catalogue)
+    start = bench.solve(tuple(base))
+    line = bench.add(start, "chamber_cycling")
+    left = complement(torch.cat(waves).unsqueeze(1), orthonormal(line.fit.plain))
+    freer = _freer(bench, start, line)
+    assert freer is not None
+    assert left.norm() > white * len(left) ** 0.5
+    assert complement(left, orthonormal(torch.cat([line.fit.plain, freer], dim=1))).norm() < 0.1 * left.norm()
 
 
 def tilted(run: Run, white: float, curved: float) -> Run:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import torch
 from torch import Tensor
 
-from zoo.diagnosis.free_functions import functions_of
+from zoo.diagnosis.free_functions import Axis, functions_of
 from zoo.diagnosis.noise_likelihood import Likelihood, gain
 from zoo.diagnosis.quantities import CLOCK, RATE, TEMPERATURE, inputs_of, inputs_seen, momentary
 from zoo.diagnosis.solved import Solved
@@ -16,6 +16,8 @@ STANDS_FOR = 0.85
 """Share of what the effects before it explain that a free function must reproduce to be their freer form."""
 SLOW, SLOW_ORDER = (TEMPERATURE, RATE, CLOCK), 3
 """What the size of an effect may change with, and the order of that change."""
+WANDER_ORDER = 8
+"""Of the polynomials of time by which a line's phase and size may wander in a run."""
 KEPT = 0.5
 """Share of its evidence that an effect of its own keeps beside a freer form of the others."""
 
@@ -25,8 +27,8 @@ def stands_apart(bench: Workbench, base: Solved, before: Solved, after: Solved, 
 
     One that goes with an input which those before it do not know corrects none of them. The others are given a freer form; what a correction of
     theirs would explain is then explained already. Those that depend on one quantity, as ageing does on time, are given a free function of it; others
-    powers of what they did, sizes that change with temperature, rate and time, and a function of the inputs that they go with. What else has a memory
-    may have any, and nobody can tell.
+    powers of what they did, sizes that change with temperature, rate and time, and a function of the inputs that they go with; a line may wander in
+    each run. What else has a memory may have any, and nobody can tell.
 
     Args:
         bench: the runs.
@@ -73,6 +75,8 @@ def _freer(bench: Workbench, base: Solved, before: Solved) -> Tensor | None:
     freer = []
     for name, own in added.items():
         freer.append(_changed(before.plain_columns[:, own] @ before.fit.amplitudes[own], slow))
+        if bench.effects[name].frequencies(before.shape_of(name)):
+            freer += [_wandering(before.plain_columns[:, own], free.axis) for free in functions if free.of is CLOCK]
         freer += [free.columns for free in functions if free.words in inputs_of(bench.effects[name])]
     return torch.cat(freer, dim=1)
 
@@ -81,3 +85,8 @@ def _changed(signal: Tensor, slow: Tensor) -> Tensor:
     """(N, K+2) a signal (N,) with a size that changes as slow columns (N, K) do, and its square and cube."""
     unit = signal / signal.square().mean().sqrt()
     return torch.cat([unit.unsqueeze(1) * slow, torch.stack([unit**2, unit**3], dim=1)], dim=1)
+
+
+def _wandering(columns: Tensor, clock: Axis) -> Tensor:
+    """(N, K·WANDER_ORDER) the waves of lines (N, K), each with sizes of its own that change with time, which is a phase that does."""
+    return (columns.unsqueeze(2) * clock.chebyshev(clock.means, WANDER_ORDER).unsqueeze(1)).flatten(1)
