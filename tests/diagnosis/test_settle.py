@@ -90,6 +90,7 @@ def test_the_end_of_a_search_that_took_something_back_is_asked_alone(runs, base,
         mine, its = (next(step for step in one.steps[::-1] if set(step.before.names) == {*whole.final.names} - {name}) for one in (ended, whole))
         assert mine.trials[0].screened.name == its.trials[0].screened.name == name
         assert mine.trials[0].evidence == pytest.approx(its.trials[0].evidence, abs=1.0)
+        assert mine.before.fit.total < its.before.fit.total + 1.0, "fitted as far"
     monkeypatch.setattr(settle, "replacement", lambda _, __, step, own: next(trial for trial in step.trials if trial is not own))
     assert reweighed(again, found) is None, "another takes the place of one"
 

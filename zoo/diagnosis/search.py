@@ -120,7 +120,7 @@ def _drop(bench: Workbench, found: Search) -> None:
     for name in found.missing if len(found.missing) > 1 else []:
         less = bench.without(found.final, name)
         if len(found.missing) > 2:
-            less = _looked_again(bench, less, [other for other in found.missing if other != name])
+            less = looked_again(bench, less, [other for other in found.missing if other != name])
         little = bench.evidence(less, found.final) < ACCEPT
         if little and not (leaves_noise(bench, found.final, found.base) and not leaves_noise(bench, less, found.base)):
             found.keep(less)
@@ -247,7 +247,7 @@ def by_evidence(bench: Workbench, found: Search, candidates: list[str], progress
         here = [one for one in found.path if one.names == best.solved.names]
         other.keep(here[-1] if here else pruned(bench, finished(bench, found.base, best.solved), found.base))
         if len(other.missing) > 1 and not leaves_noise(bench, other.final, found.base):
-            other.keep(_looked_again(bench, other.final, other.missing[:-1]))
+            other.keep(looked_again(bench, other.final, other.missing[:-1]))
     found.final, found.path[:], found.steps[:] = other.final, other.path, other.steps
     _exchange(bench, found, candidates, progress)
     _forward(bench, found, candidates, progress)
@@ -259,7 +259,7 @@ def same(one: Solved, other: Solved) -> bool:
     return set(one.names) == set(other.names) and abs(one.fit.total - other.fit.total) < ALIKE
 
 
-def _looked_again(bench: Workbench, solved: Solved, names: list[str]) -> Solved:
+def looked_again(bench: Workbench, solved: Solved, names: list[str]) -> Solved:
     """A model with some of its effects searched for anew, each beside all the others, which alone it may have gone far to follow as well."""
     for name in names:
         again = bench.add(bench.without(solved, name), name)

@@ -15,6 +15,7 @@ from zoo.diagnosis.search import (
     by_evidence,
     finished,
     in_reach,
+    looked_again,
     never,
     pair,
     replacement,
@@ -157,7 +158,7 @@ def _end_reweighed(bench: Workbench, found: Search, progress: Callable[[str], No
     again, kept = _fitted_on(bench, found, [found.final])
     for beside in dict.fromkeys([frozenset(found.base.names), *places, frozenset(found.final.names)]):
         old = rounds[beside]
-        before = kept.get(beside) or bench.solve(old.before.names, [old.before.fit.theta], old.before.likely.place)
+        before = kept.get(beside) or _less(bench, again, old.before)
         step = _asked_again(bench, old, before, kept)
         again.steps.append(step)
         if beside in places:
@@ -167,6 +168,15 @@ def _end_reweighed(bench: Workbench, found: Search, progress: Callable[[str], No
         else:
             _forward_again(bench, again.base, step, progress)
     return again if step.chosen is None and leaves_noise(bench, again.final, again.base) else None
+
+
+def _less(bench: Workbench, again: Search, before: Solved) -> Solved:
+    """A model that lacks one effect of the last, fitted on as far as that was: from where it was and, its other effects looked for anew, elsewhere.
+
+    What is fitted less far than the one with the effect would make too much of it.
+    """
+    fitted = finished(bench, again.base, bench.solve(before.names, [before.fit.theta], before.likely.place))
+    return looked_again(bench, fitted, [name for name in before.names if name not in again.base.names])
 
 
 def _beyond_the_end(found: Search) -> list[Step] | None:
