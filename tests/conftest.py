@@ -1,8 +1,10 @@
 """What all tests share."""
 
 import gc
+import os
 import signal
 from collections.abc import Iterator
+from pathlib import Path
 
 import pytest
 import torch
@@ -23,3 +25,18 @@ def _as_quick_as_alone() -> Iterator[None]:
     threads = torch.get_num_threads()
     yield
     assert torch.get_num_threads() == threads, "set back what was changed of torch"
+
+
+@pytest.fixture
+def nothing_is_left() -> Iterator[None]:
+    """No more open files and child processes than before: what other tests have left may go meanwhile."""
+
+    def left() -> tuple[int, set[str]]:
+        children = Path(f"/proc/self/task/{os.getpid()}/children").read_text()
+        return len(list(Path("/proc/self/fd").iterdir())), set(children.split())
+
+    files, processes = left()
+    yield
+    more_files, more_processes = left()
+    assert more_files <= files
+    assert more_processes <= processes

@@ -12,21 +12,10 @@ from zoo import side_by_side
 from zoo.ahead import ahead
 
 HERE = os.getpid()
-pytestmark = pytest.mark.skipif(not side_by_side.COPIES, reason="no copies of a process on this system")
-
-
-def left() -> tuple[int, set[str]]:
-    """Open files, and child processes."""
-    return len(list(Path("/proc/self/fd").iterdir())), set(Path(f"/proc/self/task/{HERE}/children").read_text().split())
-
-
-@pytest.fixture(autouse=True)
-def nothing_is_left():
-    files, processes = left()
-    yield
-    more_files, more_processes = left()
-    assert more_files <= files
-    assert more_processes <= processes
+pytestmark = [
+    pytest.mark.skipif(not side_by_side.COPIES, reason="no copies of a process on this system"),
+    pytest.mark.usefixtures("nothing_is_left"),
+]
 
 
 @pytest.fixture(params=[1, 2])

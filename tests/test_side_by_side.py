@@ -9,7 +9,6 @@ import signal
 import threading
 import time
 from collections.abc import Callable
-from pathlib import Path
 
 import pytest
 import torch
@@ -21,7 +20,10 @@ from zoo.threads import threads_for
 HERE = os.getpid()
 LONG_S = 60.0
 """Nothing here takes so long, whatever else the machine does."""
-pytestmark = pytest.mark.skipif(not module.COPIES, reason="no copies of a process on this system")
+pytestmark = [
+    pytest.mark.skipif(not module.COPIES, reason="no copies of a process on this system"),
+    pytest.mark.usefixtures("nothing_is_left"),
+]
 
 
 class Lasting(dict):
@@ -45,21 +47,6 @@ def allowed(request, monkeypatch) -> int:
 @pytest.fixture
 def three(monkeypatch) -> None:
     monkeypatch.setattr(module, "ALLOWED", 3)
-
-
-def left() -> tuple[int, set[str]]:
-    """Open files, and child processes."""
-    return len(list(Path("/proc/self/fd").iterdir())), set(Path(f"/proc/self/task/{HERE}/children").read_text().split())
-
-
-@pytest.fixture(autouse=True)
-def nothing_is_left():
-    """Nothing more than before: what other tests have left may go meanwhile."""
-    files, processes = left()
-    yield
-    more_files, more_processes = left()
-    assert more_files <= files
-    assert more_processes <= processes
 
 
 def meeting(together: int) -> Callable[[int], int]:

@@ -279,8 +279,10 @@ def test_beside_a_base_that_leaves_the_coil_unknown_an_effect_is_seen(runs, cata
     found = diagnose(planted, ["static_bias"], catalogue)
     assert found.verdict == "missing"
     (named,) = found.search.missing
-    twins = next(one["indistinguishable_from"] for one in found.record["candidates"] if one["effect"] == named)
-    assert "mohr" in {named, *twins}
+    twins = {one["effect"]: one["indistinguishable_from"] for one in found.record["candidates"]}
+    assert "mohr" in {named, *twins[named]}
+    assert twins[named], "else there is nothing to tell apart"
+    assert all(twins[other] == [named] for other in twins[named]), "neither from the other"
 
 
 @pytest.mark.parametrize(("evidence", "counts"), [(50.0, True), (30.0, False)])

@@ -8,7 +8,7 @@ import pytest
 
 from zoo.diagnosis import settle, trials
 from zoo.diagnosis.diagnose import open_bench
-from zoo.diagnosis.search import search
+from zoo.diagnosis.search import Search, search
 from zoo.diagnosis.settle import reweighed
 from zoo.diagnosis.structure import leaves_noise
 from zoo.scoring.noise import NoiseModel
@@ -93,6 +93,18 @@ def test_the_end_of_a_search_that_took_something_back_is_asked_alone(runs, base,
         assert mine.before.fit.total < its.before.fit.total + 1.0, "fitted as far"
     monkeypatch.setattr(settle, "replacement", lambda _, __, step, own: next(trial for trial in step.trials if trial is not own))
     assert reweighed(again, found) is None, "another takes the place of one"
+
+
+@pytest.mark.parametrize("name", ["polarization", "warm_up"])
+def test_what_lacks_an_effect_is_fitted_as_far_as_what_has_it(runs, base, catalogue, name) -> None:
+    """From a shape in another valley: fitted on from there alone, it would make the effect that it lacks a hundred times likelier, and more."""
+    few = {one: catalogue[one] for one in (*base, name)}
+    bench, afresh = (open_bench(runs(name), base, few) for _ in range(2))
+    start = bench.begin(tuple(base))
+    there = bench.add(start, name)
+    astray = bench.peek(start, name, bench.shapes(name)[0])
+    assert afresh.fitted(astray.names, [astray.fit.theta]).total > there.fit.total + 100.0
+    assert settle._less(afresh, Search(start, there), astray).fit.total < there.fit.total + 1.0
 
 
 def test_where_nothing_leads_to_noise_every_way_is_tried_again(first, runs, base, catalogue, monkeypatch) -> None:
