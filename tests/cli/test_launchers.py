@@ -34,6 +34,7 @@ SCHEMAS = {
     "sweeper/optuna": "hydra_optuna_sweeper.config.OptunaSweeperConf",
 }
 SWEEP = ["train", "-m", "data.files=[a.csv]", "data.average_s=100", "hydra.sweep.dir=sweep"]
+TWO_FAIL = ["model=bp", "epochs=20,0", "seed=1,2"]
 FOGZOO = [sys.executable, "-c", "from zoo.cli import main; main()"]
 
 
@@ -43,13 +44,27 @@ def needs(*plugins: str) -> None:
             pytest.skip(f"{plugin} is not installed; pip install -e '.[sweep]' brings all but ray's")
 
 
-@pytest.fixture
-def recordings(tmp_path) -> Path:
+def write_recording() -> None:
     seconds = np.arange(0, 4 * 3600, 20.0)
     temperature = 40 + 20 * np.sin(seconds / 2000)
     error = 0.2 * np.tanh((temperature - 35) / 8) + 0.01 * np.random.default_rng(1).normal(size=len(seconds))
     np.savetxt("a.csv", np.column_stack([seconds, temperature, error]), "%.6f", ",", header="time_s,temperature_c,rate_dph", comments="")
+
+
+@pytest.fixture
+def recordings(tmp_path) -> Path:
+    write_recording()
     return tmp_path
+
+
+@pytest.fixture
+def early_checkpoints(recordings, monkeypatch) -> list[str]:
+    """Settings by which checkpoints come early, so that a worker is far from its end when one is there, however quick the machine."""
+    Path("mine.py").write_text(
+        "import zoo.training.checkpoints\nfrom zoo.models.bp import BP\nzoo.training.checkpoints.EVERY_S = 0.1\nclass Mine(BP):\n    pass\n"
+    )
+    monkeypatch.setenv("PYTHONPATH", os.pathsep.join([str(recordings), os.environ.get("PYTHONPATH", "")]))
+    return ["model=bp", "model._target_=mine.Mine"]
 
 
 def sweep(*more: str) -> subprocess.CompletedProcess[str]:
@@ -85,17 +100,23 @@ def test_settings_are_those_that_the_plugin_has(choice) -> None:
     assert ours._target_ == schema._target_
 
 
+@pytest.fixture(scope="module")
+def in_one_process(tmp_path_factory) -> list[tuple[str, ...]]:
+    """The table of a sweep without any launcher."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.chdir(tmp_path_factory.mktemp("here"))
+        write_recording()
+        assert sweep(*TWO_FAIL).returncode == 2
+        return table()
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize("launcher", ["joblib", "submitit_local", "ray"])
-def test_jobs_in_other_processes_end_as_they_do_in_this_one(launcher, recordings) -> None:
+def test_jobs_in_other_processes_end_as_they_do_in_this_one(launcher, recordings, request) -> None:
     """One fails, whose exit code and reason reach the command; nothing but lines of ended jobs and the table is printed, and no warning."""
     needs("hydra_ray_launcher" if launcher == "ray" else f"hydra_{launcher.partition('_')[0]}_launcher")
-    typed = ["model=bp", "epochs=20,0", "seed=1,2"]
-    assert sweep(*typed).returncode == 2
-    here = table()
-    for path in Path("sweep").rglob("metrics.json"):
-        path.unlink()
-    there = sweep(*typed, f"hydra/launcher={launcher}")
+    here = request.getfixturevalue("in_one_process")
+    there = sweep(*TWO_FAIL, f"hydra/launcher={launcher}")
     assert there.returncode == 2, there.stderr
     assert table() == here
     assert "2 of 4 jobs failed" in there.stderr
@@ -109,16 +130,11 @@ def test_jobs_in_other_processes_end_as_they_do_in_this_one(launcher, recordings
 
 
 @pytest.mark.slow
-def test_a_sweep_that_was_killed_goes_on_where_it_was(recordings, monkeypatch) -> None:
+def test_a_sweep_that_was_killed_goes_on_where_it_was(early_checkpoints) -> None:
     """Its workers end with it; the same command finishes what they left, as if nothing had been."""
     needs("hydra_joblib_launcher")
-    # Checkpoints come early, so that a worker is far from its end when one is there, however quick the machine.
-    Path("mine.py").write_text(
-        "import zoo.training.checkpoints\nfrom zoo.models.bp import BP\nzoo.training.checkpoints.EVERY_S = 0.1\nclass Mine(BP):\n    pass\n"
-    )
-    monkeypatch.setenv("PYTHONPATH", os.pathsep.join([str(recordings), os.environ.get("PYTHONPATH", "")]))
-    jobs = ["init=random", "epochs=5000,20", "seed=1", "hydra/launcher=joblib", "hydra.launcher.n_jobs=2"]
-    typed = ["model=bp", "model._target_=mine.Mine", *jobs]
+    jobs = ["init=random", "epochs=2000,20", "seed=1", "hydra/launcher=joblib", "hydra.launcher.n_jobs=2"]
+    typed = [*early_checkpoints, *jobs]
     killed = subprocess.Popen([*FOGZOO, *SWEEP, *typed], stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL, start_new_session=True)
     deadline = time.monotonic() + 120
     while not Path("sweep/0/last.ckpt").is_file() and time.monotonic() < deadline:
@@ -198,9 +214,9 @@ def test_optuna_proposes_the_same_again_and_finds_it_done(recordings) -> None:
 
 
 @pytest.mark.slow
-def test_ctrl_c_ends_all_jobs_with_a_line(recordings) -> None:
+def test_ctrl_c_ends_all_jobs_with_a_line(early_checkpoints) -> None:
     needs("hydra_joblib_launcher")
-    typed = ["model=bp", "epochs=500000", "seed=1,2,3", "hydra/launcher=joblib"]
+    typed = [*early_checkpoints, "epochs=500000", "seed=1,2,3", "hydra/launcher=joblib"]
     running = subprocess.Popen([*FOGZOO, *SWEEP, *typed], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, start_new_session=True)
     deadline = time.monotonic() + 120
     while not Path("sweep/0/last.ckpt").is_file() and time.monotonic() < deadline:

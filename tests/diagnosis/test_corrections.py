@@ -136,7 +136,7 @@ def test_the_freer_form_of_a_line_has_a_phase_that_wanders(simulation, catalogue
     start = bench.solve(tuple(base))
     line = bench.add(start, "chamber_cycling")
     left = complement(torch.cat(waves).unsqueeze(1), orthonormal(line.fit.plain))
-    freer = _freer(bench, start, line)
+    (freer,) = _freer(bench, start, line)
     assert freer is not None
     assert left.norm() > white * len(left) ** 0.5
     assert complement(left, orthonormal(torch.cat([line.fit.plain, freer], dim=1))).norm() < 0.1 * left.norm()

@@ -107,11 +107,29 @@ def test_what_lacks_an_effect_is_fitted_as_far_as_what_has_it(runs, base, catalo
     assert settle._less(afresh, Search(start, there), astray).fit.total < there.fit.total + 1.0
 
 
-def test_where_nothing_leads_to_noise_every_way_is_tried_again(first, runs, base, catalogue, monkeypatch) -> None:
-    """A line in temperature, which nothing in this small catalogue has: what two effects at once come to is fitted on as well."""
+def test_what_led_nowhere_is_not_tried_again_under_other_weights(first, runs, base, catalogue, monkeypatch) -> None:
+    """A line in temperature, which nothing in this small catalogue has: a whole search ends at the same as well."""
     bench, found, again, candidates = first(runs, base, catalogue, "polarization")
-    assert not leaves_noise(bench, found.final, found.base)
+    assert settle._beyond_the_end(found)
     by_itself = bench.with_noise(again.noise)
+    whole = search(by_itself, by_itself.begin(tuple(base)), candidates)
+    with monkeypatch.context() as patched:
+        for way in ("single", "by_evidence", "pair"):
+            patched.setattr(settle, way, None)
+        straight = reweighed(again, found)
+    assert straight is not None
+    assert straight.missing == whole.missing
+    assert not leaves_noise(again, straight.final, straight.base)
+    assert not leaves_noise(by_itself, whole.final, whole.base)
+    monkeypatch.setattr(settle, "leaves_noise", lambda *_: True)
+    assert reweighed(again, found) is None, "it leads somewhere now"
+
+
+def test_where_nothing_leads_to_noise_every_way_is_tried_again_on_other_runs(first, runs, base, catalogue, monkeypatch) -> None:
+    """What two effects at once come to is fitted on as well."""
+    bench, found, _, candidates = first(runs, base, catalogue, "polarization")
+    assert not leaves_noise(bench, found.final, found.base)
+    again, by_itself = (bench.with_runs(list(bench.runs), 1.05 * bench.mixtures.white, 0.0) for _ in range(2))
     whole = search(by_itself, by_itself.begin(tuple(base)), candidates)
     pairs = settle._beyond_the_end(found)
     assert pairs

