@@ -8,8 +8,11 @@ from pathlib import Path
 
 import pytest
 
+from zoo import ahead as module
 from zoo import side_by_side
 from zoo.ahead import ahead
+from zoo.report import page
+from zoo.report.page_ahead import page_ahead
 
 HERE = os.getpid()
 pytestmark = [
@@ -33,6 +36,25 @@ def written(path: Path, *, text: str) -> None:
     path.write_text(f"{os.getpid()} {text}")
 
 
+def there(path: Path, until: float) -> str:
+    """What another process has written, as soon as it has."""
+    while not (path.exists() and path.read_text()) and time.monotonic() < until:
+        time.sleep(0.01)
+    return path.read_text()
+
+
+def gone(process: int, until: float) -> bool:
+    """Whether a process has ended by then."""
+    ended = False
+    while not ended and time.monotonic() < until:
+        try:
+            ended = "State:\tZ" in Path(f"/proc/{process}/status").read_text()
+        except OSError:
+            ended = True
+        time.sleep(0.01)
+    return ended
+
+
 def nothing() -> None:
     pass
 
@@ -51,10 +73,7 @@ def test_tools_are_fetched_before_anybody_says_what_to_work_on(tmp_path, two) ->
         written(tmp_path / "fetched", text="")
 
     with ahead(fetch, written):
-        until = time.monotonic() + 60.0
-        while not (tmp_path / "fetched").exists() and time.monotonic() < until:
-            time.sleep(0.01)
-        assert int((tmp_path / "fetched").read_text()) != HERE
+        assert int(there(tmp_path / "fetched", time.monotonic() + 60.0)) != HERE
 
 
 def test_what_goes_wrong_in_the_copy_is_done_here_and_raised_here(tmp_path, allowed) -> None:
@@ -78,7 +97,42 @@ def test_a_copy_that_dies_before_it_is_told_leaves_the_work_to_this_process(tmp_
 def test_nothing_waits_where_the_search_fails(tmp_path, two) -> None:
     with pytest.raises(ValueError, match="search"), ahead(nothing, written):
         raise ValueError("search")
-    assert not list(tmp_path.iterdir())
+
+
+def hangs() -> None:
+    time.sleep(1000.0)
+
+
+def test_a_copy_that_hangs_keeps_nobody_waiting(tmp_path, two, monkeypatch) -> None:
+    """However much it is to be told."""
+    monkeypatch.setattr(module, "PATIENCE_S", 0.1)
+    with ahead(hangs, written) as work:
+        work.begin(tmp_path / "a", text="x" * 1_000_000)
+        work.end()
+    assert int((tmp_path / "a").read_text().split()[0]) == HERE
+
+
+def test_what_cannot_be_told_is_done_here(tmp_path, allowed) -> None:
+    seen = []
+
+    def tell(process: int) -> None:  # local: nobody else could find it
+        seen.append(process)
+
+    with ahead(nothing, lambda told: told(os.getpid())) as work:
+        work.begin(tell)
+        work.end()
+    assert seen == [HERE]
+
+
+def test_a_page_is_drawn_by_the_copy(tmp_path, two, monkeypatch) -> None:
+    """With what draws imported, told as the commands tell it."""
+    monkeypatch.setattr(page, "write_report", lambda path, **named: written(path, text=str(sorted(named))))
+    with page_ahead() as work:
+        work.begin(tmp_path / "a", record={}, commands=[])
+        work.end()
+    process, told = (tmp_path / "a").read_text().split(maxsplit=1)
+    assert int(process) != HERE
+    assert told == "['commands', 'record']"
 
 
 def test_the_copy_ends_where_this_process_is_gone(tmp_path, two) -> None:
@@ -91,14 +145,21 @@ def test_the_copy_ends_where_this_process_is_gone(tmp_path, two) -> None:
         finally:
             os._exit(0)
     until = time.monotonic() + 30.0
-    while not ((tmp_path / "copy").exists() and (tmp_path / "copy").read_text()) and time.monotonic() < until:
-        time.sleep(0.01)
-    copy = int((tmp_path / "copy").read_text())
+    copy = int(there(tmp_path / "copy", until))
     os.kill(process, 9)
     os.waitpid(process, 0)
-    gone = False
-    while not gone and time.monotonic() < until:
-        status = Path(f"/proc/{copy}/status")
-        gone = not status.exists() or "State:\tZ" in status.read_text()
-        time.sleep(0.01)
-    assert gone
+    assert gone(copy, until)
+
+
+def test_copies_of_the_copy_end_with_it(tmp_path, two) -> None:
+    """They would hold the output that the user reads, and work on for nobody."""
+
+    def work(item: int) -> None:
+        (tmp_path / str(item)).write_text(str(os.getpid()))
+        time.sleep(60.0)
+
+    until = time.monotonic() + 30.0
+    with ahead(lambda: side_by_side.side_by_side(work, range(2)), written):
+        both = [int(there(tmp_path / str(item), until)) for item in range(2)]
+    assert len({HERE, *both}) == 3
+    assert all(gone(process, until) for process in both)

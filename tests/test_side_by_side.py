@@ -145,16 +145,16 @@ def hangs() -> None:
 
 
 @pytest.mark.parametrize("fate", [fails, dies, hangs])
-def test_what_a_copy_does_not_bring_is_done_here(three, monkeypatch, fate) -> None:
+def test_what_a_copy_does_not_bring_is_done_here_with_one_core_as_well(three, monkeypatch, fate) -> None:
     monkeypatch.setattr(module, "PATIENCE_S", 0.1)
 
-    def work(item: int) -> int:
+    def work(item: int) -> tuple[int, int]:
         if in_copy() and item == 3:
             fate()
         time.sleep(0.02)
-        return -item
+        return -item, torch.get_num_threads()
 
-    assert side_by_side(work, range(6)) == [0, -1, -2, -3, -4, -5]
+    assert side_by_side(work, range(6)) == [(-item, 1) for item in range(6)]
 
 
 def test_results_that_cannot_travel_are_made_here(three) -> None:

@@ -5,8 +5,9 @@ from __future__ import annotations
 import pickle
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
-from os import close, fdopen, pipe
-from typing import Any
+from os import close, pipe, read, write
+from tempfile import TemporaryFile
+from typing import IO, Any
 
 import torch
 
@@ -22,17 +23,19 @@ class Ahead:
     Where there is no copy, and where it brings nothing, for whatever reason, the work is done here, so that errors are raised as ever.
     """
 
-    def __init__(self, work: Callable[..., None], copy: Copy | None, told: int) -> None:
+    def __init__(self, work: Callable[..., None], copy: Copy | None = None, tell: Callable[[object], None] = lambda _: None) -> None:
         """Prepare; see `ahead`."""
-        self._work, self._copy, self._told = work, copy, told
+        self._work, self._copy, self._tell = work, copy, tell
         self._given: tuple[tuple[Any, ...], dict[str, Any]] = (), {}
 
     def begin(self, *values: Any, **named: Any) -> None:
-        """Work on something, which can be pickled."""
-        self._given = given = values, named
-        if self._copy is not None:
-            with suppress(OSError), open(self._told, "wb", closefd=False) as stream:
-                pickle.dump(given, stream, pickle.HIGHEST_PROTOCOL)
+        """Work on something; what cannot be pickled is worked on here."""
+        self._given, told = (values, named), False
+        with suppress(Exception):
+            self._tell(self._given)
+            told = True
+        if not told:
+            self.leave()
 
     def end(self) -> None:
         """See that it is done.
@@ -41,8 +44,15 @@ class Ahead:
             Exception: whatever the work raises.
         """
         if self._copy is None or self._copy.result(PATIENCE_S) is None:
+            self.leave()  # before anybody works on the same here
             values, named = self._given
             self._work(*values, **named)
+
+    def leave(self) -> None:
+        """End the copy, whether it is done or not."""
+        copy, self._copy = self._copy, None
+        if copy is not None:
+            copy.end()
 
 
 @contextmanager
@@ -54,26 +64,35 @@ def ahead(fetch: Callable[[], object], work: Callable[..., None]) -> Iterator[Ah
         work: of what `Ahead.begin` is given; leaves files behind, and must not mind being done twice.
     """
     if not copies_allowed():
-        yield Ahead(work, None, -1)
+        yield Ahead(work)
         return
-    reading, told = pipe()
+    with TemporaryFile() as sheet:  # a pipe would hold little, and a copy that hangs would stop who fills it
+        reading, told = pipe()
 
-    def body() -> bool:
-        close(told)
-        torch.set_num_threads(1)  # those of this process do not go on in a copy
-        fetch()
-        with fdopen(reading, "rb") as stream:
-            values, named = pickle.load(stream)
-        work(*values, **named)
-        return True
+        def body() -> bool:
+            close(told)
+            torch.set_num_threads(1)  # those of this process do not go on in a copy
+            fetch()
+            if read(reading, 1):
+                sheet.seek(0)
+                values, named = pickle.load(sheet)
+                work(*values, **named)
+            return True
 
-    copy = None
-    with suppress(OSError):  # no more processes, or no memory for one
-        copy = copy_of_this(body)
-    close(reading)
-    try:
-        yield Ahead(work, copy, told)
-    finally:
-        close(told)
-        if copy is not None:
-            copy.end()
+        copy = None
+        with suppress(OSError):  # no more processes, or no memory for one
+            copy = copy_of_this(body)
+        close(reading)
+        prepared = Ahead(work, copy, lambda given: _tell(given, sheet, told))
+        try:
+            yield prepared
+        finally:
+            close(told)
+            prepared.leave()
+
+
+def _tell(given: object, sheet: IO[bytes], told: int) -> None:
+    """Write down what to work on, and that it is all there."""
+    pickle.dump(given, sheet, pickle.HIGHEST_PROTOCOL)
+    sheet.flush()
+    write(told, b".")

@@ -6,6 +6,7 @@ have to import torch and to be sent everything.
 
 from __future__ import annotations
 
+import ctypes
 import os
 import pickle
 import select
@@ -33,6 +34,8 @@ COPIES = sys.platform == "linux"
 PATIENCE_S = 20.0
 """How much longer than all that was done here a copy may take for the last item that it took."""
 PLACE = struct.Struct("I")
+PARENT_GONE = 1
+"""Linux's PR_SET_PDEATHSIG."""
 WORTH_S = 0.3
 """What would last less in one process stays there: whatever either process writes to after it was copied, the system has to copy as well."""
 
@@ -128,7 +131,8 @@ def _shared(work: Callable[[T], R], given: list[T], workers: int) -> list[R]:
         finally:
             for copy in copies:
                 copy.end()
-    return [found[place] if place in found else work(item) for place, item in enumerate(given)]
+    with _alone():
+        return [found[place] if place in found else work(item) for place, item in enumerate(given)]
 
 
 @contextmanager
@@ -198,6 +202,7 @@ def copy_of_this(body: Callable[[], Any]) -> Copy:
         OSError: the system gives no further process.
     """
     output, writing = os.pipe()
+    this = os.getpid()
     try:
         with warnings.catch_warnings():
             # Python warns of other threads: theirs do not go on in the copy. On one core torch has none, and a progress bar's is not called upon.
@@ -211,10 +216,18 @@ def copy_of_this(body: Callable[[], Any]) -> Copy:
         os.close(writing)
         return Copy(process, output)
     try:
+        _end_with(this)
         signal.signal(signal.SIGINT, signal.SIG_DFL)
         signal.signal(signal.SIGTERM, signal.SIG_DFL)
         found = body()
         with os.fdopen(writing, "wb") as stream:
             pickle.dump(found, stream, pickle.HIGHEST_PROTOCOL)
     finally:
+        os._exit(0)
+
+
+def _end_with(parent: int) -> None:
+    """Have the system end this copy when that process is gone, however it went: nobody would take what it brings."""
+    ctypes.CDLL(None).prctl(PARENT_GONE, signal.SIGKILL)
+    if os.getppid() != parent:  # gone before that
         os._exit(0)

@@ -16,7 +16,7 @@ from zoo.diagnosis.acceptance import ACCEPT, FIRST, accepted, convinces
 from zoo.diagnosis.diagnose import Diagnosis, diagnose, open_bench
 from zoo.diagnosis.posterior import hypotheses
 from zoo.diagnosis.screening import Screened, screen
-from zoo.diagnosis.search import PAIRED, Search, _drop, _looked_at, _remember, _singles, single
+from zoo.diagnosis.search import PAIRED, Search, _drop, _looked_at, _remember, _singles, in_reach, single
 from zoo.diagnosis.settle import _white
 from zoo.diagnosis.trials import Step, Trial, glances, refit
 from zoo.effects.earlier import before_each
@@ -140,6 +140,46 @@ def test_what_is_not_called_for_beside_the_others_is_dropped(diagnosis) -> None:
         assert search.missing == ["bias_step"]
 
 
+def test_what_is_left_alone_when_another_is_dropped_is_not_asked_again(diagnosis, monkeypatch) -> None:
+    """Of one alone the first round has said whether it is called for, by less evidence."""
+    found = diagnosis("bias_step")
+    bench, base = found.bench, found.search.base
+    both = Search(base, bench.add(bench.add(base, "supply_voltage"), "magnetic"))
+    monkeypatch.setattr(type(bench), "evidence", lambda *_: 0.0)
+    _drop(bench, both)
+    assert both.missing == ["magnetic"]
+
+
+def test_the_likeliest_are_refitted_in_the_place_of_one_however_they_come() -> None:
+    """Rounds have them in the order of what they gain by projection, or of what they were worth under another noise."""
+    trials = [Trial(SimpleNamespace(name=str(worth)), None, worth, False) for worth in (1.0, 30.0, 25.0, 3.0, 40.0, 20.0)]
+    assert [trial.evidence for trial in in_reach(trials, 30.0)] == [40.0, 30.0, 25.0]
+    assert [trial.evidence for trial in in_reach(trials, 54.0)] == [40.0]
+
+
+def test_a_walk_that_comes_back_to_where_it_was_ends(monkeypatch) -> None:
+    """Of two that are nearly alike each may take the place of the other."""
+    base, one, other = (SimpleNamespace(names=names) for names in (("s",), ("s", "a"), ("s", "b")))
+    asked = []
+
+    def beside(_, now, *__):
+        asked.append(now.names)
+        return SimpleNamespace(before=now, chosen=None)
+
+    def chosen(_, __, step):
+        taken = other if step.before is one else one
+        return SimpleNamespace(solved=taken, screened=SimpleNamespace(name=taken.names[-1]))
+
+    monkeypatch.setattr(search, "_round_beside", beside)
+    monkeypatch.setattr(search, "chosen_of", chosen)
+    monkeypatch.setattr(search, "finished", lambda _, __, solved: solved)
+    monkeypatch.setattr(search, "pruned", lambda _, full, __: full)
+    found = Search(base, base)
+    search._forward(None, found, [], print)
+    assert asked == [("s",), ("s", "a"), ("s", "b")]
+    assert found.missing == ["a"]
+
+
 def test_what_was_fitted_further_in_an_earlier_round_is_remembered(diagnosis) -> None:
     found = diagnosis("bias_step")
     bench, base, first = found.bench, found.search.base, found.search.steps[0]
@@ -149,6 +189,9 @@ def test_what_was_fitted_further_in_an_earlier_round_is_remembered(diagnosis) ->
     assert (glance.solved, glance.refitted) == (old.solved, True)
     assert glance.evidence == pytest.approx(old.evidence, abs=1e-6)
     assert (better.solved, better.refitted) == (None, False)
+    mixed, other = bench.with_noise(bench.noise).solve(base.names[::-1]), Trial(old.screened, None, old.evidence - 3.0, False)
+    _remember(bench, Search(base, base, [first]), mixed, [other])
+    assert not other.refitted, "its parameters are in another order"
     elsewhere = Trial(old.screened, None, old.evidence - 3.0, False)
     _remember(bench, Search(base, base, [first]), bench.add(base, "warm_up"), [elsewhere])
     assert not elsewhere.refitted, "beside other effects it is another question"

@@ -15,7 +15,7 @@ from zoo.scoring.noise import NoiseModel
 
 
 @pytest.fixture(scope="module")
-def first(request):
+def first():
     """A search to its end, and the same runs with four times the flicker and a walk."""
     made = {}
 
@@ -64,7 +64,7 @@ def test_where_it_would_decide_otherwise_there_is_none(first, runs, base, catalo
     _, found, again, _ = first(runs, base, catalogue, "hysteresis")
     assert reweighed(again, replace(found, steps=found.steps[:-1])) is None, "nobody asked what else may be missing"
     with monkeypatch.context() as patched:
-        patched.setattr(settle, "convinces", lambda *_: True)
+        patched.setattr(settle, "chosen_of", lambda _, __, step: step.trials[0])
         assert reweighed(again, found) is None, "one more would be added"
     monkeypatch.setattr(settle, "leaves_noise", lambda *_: False)
     assert reweighed(again, found) is None
@@ -91,8 +91,11 @@ def test_the_end_of_a_search_that_took_something_back_is_asked_alone(runs, base,
         assert mine.trials[0].screened.name == its.trials[0].screened.name == name
         assert mine.trials[0].evidence == pytest.approx(its.trials[0].evidence, abs=1.0)
         assert mine.before.fit.total < its.before.fit.total + 1.0, "fitted as far"
-    monkeypatch.setattr(settle, "replacement", lambda _, __, step, own: next(trial for trial in step.trials if trial is not own))
-    assert reweighed(again, found) is None, "another takes the place of one"
+    with monkeypatch.context() as patched:
+        patched.setattr(settle, "replacement", lambda _, __, step, own: next(trial for trial in step.trials if trial is not own))
+        assert reweighed(again, found) is None, "another takes the place of one"
+    monkeypatch.setattr(settle, "_less", lambda bench, _, before: bench.solve(before.names[::-1], [before.fit.theta]))
+    assert reweighed(again, found) is None, "what was tried beside it has its parameters in another order"
 
 
 @pytest.mark.parametrize("name", ["polarization", "warm_up"])

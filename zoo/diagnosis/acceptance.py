@@ -93,6 +93,17 @@ def best_of(bench: Workbench, base: Solved, convincing: list[Trial]) -> Trial | 
     return min(convincing, key=lambda trial: segment_cost(bench, trial.solved) if trial.solved else math.inf)
 
 
+def chosen_of(bench: Workbench, base: Solved, step: Step) -> Trial | None:
+    """What a round adds to a model: the best of those that convince; None where none does.
+
+    Args:
+        bench: the runs.
+        base: the model before anything was added.
+        step: the round.
+    """
+    return best_of(bench, base, [trial for trial in step.trials if convinces(bench, base, step, trial)])
+
+
 def _mops_up(bench: Workbench, base: Solved, before: Solved, addition: Trial) -> bool:
     """Whether an addition may be making up for the simplified form of those before it.
 

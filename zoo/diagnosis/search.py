@@ -6,7 +6,7 @@ import math
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 
-from zoo.diagnosis.acceptance import ACCEPT, accepted, best_of, convinces, pruned
+from zoo.diagnosis.acceptance import ACCEPT, accepted, best_of, chosen_of, pruned
 from zoo.diagnosis.screening import Screened, screen
 from zoo.diagnosis.solved import Solved
 from zoo.diagnosis.structure import leaves_noise
@@ -117,7 +117,9 @@ def _drop(bench: Workbench, found: Search) -> None:
 
     Of three, each pair is looked for once more: with the third beside them they may be where it has put them.
     """
-    for name in found.missing if len(found.missing) > 1 else []:
+    for name in found.missing:
+        if len(found.missing) < 2:
+            break
         less = bench.without(found.final, name)
         if len(found.missing) > 2:
             less = looked_again(bench, less, [other for other in found.missing if other != name])
@@ -135,7 +137,7 @@ def _agree(bench: Workbench, found: Search) -> None:
             evidence = bench.evidence(step.before, found.final)
             if own is not None and evidence > own.evidence:
                 own.solved, own.evidence, own.refitted = found.final, evidence, True
-                step.trials.sort(key=lambda trial: (not trial.refitted, -trial.evidence))
+                step.sort()
 
 
 def single(bench: Workbench, found: Search) -> bool:
@@ -210,10 +212,12 @@ def _singles(found: Search) -> list[Trial]:
 def _forward(
     bench: Workbench, found: Search, candidates: list[str], progress: Callable[[str], None], in_vain: Callable[[Search], bool] = never
 ) -> None:
-    while not in_vain(found):
+    seen = set[frozenset[str]]()
+    while not in_vain(found) and frozenset(found.final.names) not in seen:
+        seen.add(frozenset(found.final.names))
         step = _round_beside(bench, found.final, found, candidates, progress)
         found.steps.append(step)
-        best = best_of(bench, found.base, [trial for trial in step.trials if convinces(bench, found.base, step, trial)])
+        best = chosen_of(bench, found.base, step)
         if best is None or len(found.missing) >= MOST_ADDED:
             return
         assert best.solved is not None
@@ -281,7 +285,8 @@ def _exchange(bench: Workbench, found: Search, candidates: list[str], progress: 
         refit(bench, less, in_reach(trials, own), progress, 0, theta_without(found.final, name))
         _remember(bench, found, less, trials)
         mine = Trial(Screened(name, found.final.shape_of(name), 0.0, 0), found.final, own, True)
-        step = Step(less, sorted([mine, *trials], key=lambda trial: (not trial.refitted, -trial.evidence)), ACCEPT, name)
+        step = Step(less, [mine, *trials], ACCEPT, name)
+        step.sort()
         found.steps.append(step)
         better = replacement(bench, found.base, step, mine)
         if better is not None and better.solved is not None:
@@ -292,7 +297,7 @@ def _exchange(bench: Workbench, found: Search, candidates: list[str], progress: 
 
 def in_reach(trials: list[Trial], own: float) -> list[Trial]:
     """The likeliest that may yet take the place of an effect with some evidence, best first."""
-    return [trial for trial in trials if trial.evidence > own - WITHIN][:REFITS]
+    return sorted((trial for trial in trials if trial.evidence > own - WITHIN), key=lambda trial: -trial.evidence)[:REFITS]
 
 
 def replacement(bench: Workbench, base: Solved, step: Step, own: Trial) -> Trial | None:
@@ -323,10 +328,11 @@ def _remember(bench: Workbench, found: Search, less: Solved, trials: list[Trial]
     """Let trials beside a model be what they were in an earlier round beside the same effects, where they were fitted further and better."""
     rounds = [step for step in found.steps if set(step.before.names) == set(less.names)]
     for trial in trials:
-        for old in [old for step in rounds for old in step.trials if old.refitted and old.screened.name == trial.screened.name]:
-            evidence = bench.evidence(less, old.solved) if old.solved is not None else -math.inf
+        names = (*less.names, trial.screened.name)  # in this order, for so its parameters are
+        for known in [old.solved for step in rounds for old in step.trials if old.refitted and old.solved is not None and old.solved.names == names]:
+            evidence = bench.evidence(less, known)
             if evidence > trial.evidence:
-                trial.solved, trial.evidence, trial.refitted = old.solved, evidence, True
+                trial.solved, trial.evidence, trial.refitted = known, evidence, True
 
 
 def what_helps(found: Search) -> Search:

@@ -7,7 +7,7 @@ from collections.abc import Callable
 from dataclasses import replace
 from functools import partial
 
-from zoo.diagnosis.acceptance import ACCEPT, best_of, convinces
+from zoo.diagnosis.acceptance import ACCEPT, chosen_of
 from zoo.diagnosis.readings import without_scatter
 from zoo.diagnosis.search import (
     IN_SIGHT,
@@ -162,6 +162,8 @@ def _end_reweighed(bench: Workbench, found: Search, progress: Callable[[str], No
     for beside in dict.fromkeys([frozenset(found.base.names), *places, frozenset(found.final.names)]):
         old = rounds[beside]
         before = kept.get(beside) or _less(bench, again, old.before)
+        if not before.names == old.before.names == tuple(name for name in again.final.names if name in beside):
+            return None  # parameters are in the order of the effects
         step = _asked_again(bench, old, before, kept)
         again.steps.append(step)
         if beside in places:
@@ -222,7 +224,7 @@ def _nothing_else(bench: Workbench, again: Search, pairs: list[Step], progress: 
 def _forward_again(bench: Workbench, base: Solved, step: Step, progress: Callable[[str], None]) -> None:
     """What a round of a search forward comes to."""
     refit_best(bench, step, progress)
-    best = best_of(bench, base, [trial for trial in step.trials if convinces(bench, base, step, trial)])
+    best = chosen_of(bench, base, step)
     step.chosen = None if best is None else best.screened.name
 
 
@@ -231,7 +233,7 @@ def _exchange_again(bench: Workbench, again: Search, step: Step, name: str, prog
     own = next(trial for trial in step.trials if trial.screened.name == name)
     others = [trial for trial in in_reach(step.trials, own.evidence) if not trial.refitted]
     refit(bench, step.before, others, progress, 0, theta_without(again.final, name))
-    step.trials.sort(key=lambda trial: (not trial.refitted, -trial.evidence))
+    step.sort()
     better = replacement(bench, again.base, step, own)
     step.chosen = name if better is None else better.screened.name
     return own
@@ -249,13 +251,13 @@ def _asked_again(bench: Workbench, old: Step, before: Solved, kept: dict[frozens
         if was is None or known(trial) is not None:
             return None
         if trial.refitted:
-            return bench.fitted((*before.names, trial.screened.name), [was.fit.theta], COARSE)
+            return bench.fitted(was.names, [was.fit.theta], COARSE)
         return bench.peek(before, trial.screened.name, trial.screened.shape, trial.screened.start).fit
 
     for trial, found in zip(trials, side_by_side(fitted_on, trials), strict=True):
         if trial.solved is not None:
             taken = bench.taken if trial.refitted else bench.placed
-            own = known(trial) if found is None else taken((*before.names, trial.screened.name), found, before.likely.place)
+            own = known(trial) if found is None else taken(trial.solved.names, found, before.likely.place)
             assert own is not None
             trial.solved, trial.evidence = own, bench.evidence(before, own)
     return Step(before, trials, old.accept)

@@ -78,6 +78,10 @@ class Step:
         """Log Bayes factor that one of them must reach."""
         return self.accept + math.log(max(len(self.trials), 1))
 
+    def sort(self) -> None:
+        """Put the likeliest first, those that were refitted before the others."""
+        self.trials.sort(key=lambda trial: (not trial.refitted, -trial.evidence))
+
 
 def round_of(bench: Workbench, before: Solved, names: list[str], accept: float, progress: Callable[[str], None], least: float = math.inf) -> Step:
     """The candidates of a list beside a model: all projected, the best looked at, the best of these refitted.
@@ -100,7 +104,7 @@ def refit_best(bench: Workbench, step: Step, progress: Callable[[str], None], le
     reached = min((trial.solved.rms for trial in step.trials if trial.solved is not None), default=0.0)
     worthy = worth_a_refit(bench, step.trials, step.before) if reached <= least else []
     refit(bench, step.before, [trial for trial in worthy if not trial.refitted], progress)
-    step.trials.sort(key=lambda trial: (not trial.refitted, -trial.evidence))
+    step.sort()
 
 
 def refit(
