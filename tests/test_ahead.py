@@ -120,6 +120,7 @@ def test_what_cannot_be_told_is_done_here(tmp_path, allowed) -> None:
 
     with ahead(nothing, lambda told: told(os.getpid())) as work:
         work.begin(tell)
+        assert work._copy is None, "nobody waits for it"
         work.end()
     assert seen == [HERE]
 

@@ -11,7 +11,7 @@ from unittest import mock
 import pytest
 
 import zoo
-from zoo.cli import application, main
+from zoo.cli import USAGE, application, main
 
 SMALL = ["runs=1", "profile=legs", "profile.legs=[[20,20,600],[20,30,600]]", "sample_s=30"]
 FULL = "HYDRA_FULL_ERROR"
@@ -54,7 +54,12 @@ def test_every_verb_has_help_and_shows_its_config(verb, capsys) -> None:
     with pytest.raises(SystemExit) as stopped:  # Hydra's own way to end after --help and --cfg, or none
         sys.exit(application.run(verb, ["--help"]))
     assert not stopped.value.code
-    assert "powered by Hydra" in capsys.readouterr().out
+    shown = capsys.readouterr().out
+    (does,) = re.findall(rf"^  fogzoo {verb} +(.+)$", USAGE, re.MULTILINE)
+    assert shown.startswith(f"fogzoo {verb}: {does}\nMostly: "), "as in the list of verbs"
+    mostly = shown.splitlines()[1]
+    assert all(re.search(rf"^ *{key}:", shown, re.MULTILINE) for key in re.findall(r"([a-z_]+)(?==)", mostly) if key != "paper"), mostly
+    assert "Powered by Hydra" in shown
     assert application.run(verb, ["--cfg", "job"]) == 0
     shown = capsys.readouterr().out
     assert re.search(r"^seed: 1$", shown, re.MULTILINE)
