@@ -88,6 +88,14 @@ def test_a_missing_plugin_gets_a_line_with_what_brings_it(choice, monkeypatch, t
     assert not list(tmp_path.iterdir())
 
 
+@pytest.mark.skipif(shutil.which("srun") is not None, reason="this machine is in a Slurm cluster")
+def test_where_there_is_no_cluster_that_is_said(recordings, capsys) -> None:
+    needs("hydra_submitit_launcher")
+    assert application.run("train", [*SWEEP[1:], "hydra/launcher=submitit_slurm", "model=polynomial", "seed=1,2"]) == 2
+    (line,) = capsys.readouterr().err.splitlines()
+    assert "hydra/launcher=submitit_local" in line
+
+
 @pytest.mark.parametrize("choice", SCHEMAS)
 def test_settings_are_those_that_the_plugin_has(choice) -> None:
     """Ours take the place of the plugin's: one that it has got since would be missed, one that it has lost would stop it."""

@@ -19,7 +19,11 @@ PACKAGES = {
 
 
 def missing_plugin(error: BaseException) -> str | None:
-    """What to install, in a line, where an exception says that a plugin of Hydra's is not there; None where it says something else."""
+    """What to do, in a line, where an exception says that a plugin of Hydra's, or a cluster that one is for, is not there; else None."""
+    if 'Could not detect "srun"' in str(error):
+        return (
+            "hydra/launcher=submitit_slurm: this machine is in no Slurm cluster, srun is not there; hydra/launcher=submitit_local runs the jobs here"
+        )
     found = re.search(r"Unknown plugin class : 'hydra_plugins\.hydra_(\w+?)_(?:launcher|sweeper)|'hydra/sweeper/sampler/(\w+)'", str(error))
     if found is None:
         return None
