@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import time
+from functools import partial
 from pathlib import Path
 
 import pytest
@@ -123,6 +124,15 @@ def test_what_cannot_be_told_is_done_here(tmp_path, allowed) -> None:
         assert work._copy is None, "nobody waits for it"
         work.end()
     assert seen == [HERE]
+
+
+@pytest.mark.skipif(not Path("/dev/full").exists(), reason="no device that is always full")
+def test_where_there_is_no_room_to_tell_it_is_done_here(tmp_path, two, monkeypatch) -> None:
+    monkeypatch.setattr(module, "TemporaryFile", partial(Path("/dev/full").open, "w+b"))
+    with ahead(nothing, written) as work:
+        work.begin(tmp_path / "a", text="x" * 1_000)
+        work.end()
+    assert int((tmp_path / "a").read_text().split()[0]) == HERE
 
 
 def test_a_page_is_drawn_by_the_copy(tmp_path, two, monkeypatch) -> None:

@@ -66,7 +66,7 @@ def ahead(fetch: Callable[[], object], work: Callable[..., None]) -> Iterator[Ah
     if not copies_allowed():
         yield Ahead(work)
         return
-    with TemporaryFile() as sheet:  # a pipe would hold little, and a copy that hangs would stop who fills it
+    with TemporaryFile(buffering=0) as sheet:  # a pipe would hold little, and a copy that hangs would stop who fills it
         reading, told = pipe()
 
         def body() -> bool:
@@ -75,7 +75,7 @@ def ahead(fetch: Callable[[], object], work: Callable[..., None]) -> Iterator[Ah
             fetch()
             if read(reading, 1):
                 sheet.seek(0)
-                values, named = pickle.load(sheet)
+                values, named = pickle.loads(sheet.read())
                 work(*values, **named)
             return True
 
@@ -94,5 +94,4 @@ def ahead(fetch: Callable[[], object], work: Callable[..., None]) -> Iterator[Ah
 def _tell(given: object, sheet: IO[bytes], told: int) -> None:
     """Write down what to work on, and that it is all there."""
     pickle.dump(given, sheet, pickle.HIGHEST_PROTOCOL)
-    sheet.flush()
     write(told, b".")

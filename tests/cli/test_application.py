@@ -59,6 +59,7 @@ def test_every_verb_has_help_and_shows_its_config(verb, capsys) -> None:
     assert shown.startswith(f"fogzoo {verb}: {does}\nMostly: "), "as in the list of verbs"
     mostly = shown.splitlines()[1]
     assert all(re.search(rf"^ *{key}:", shown, re.MULTILINE) for key in re.findall(r"([a-z_]+)(?==)", mostly) if key != "paper"), mostly
+    assert f"conf/{verb}.yaml" in shown
     assert "Powered by Hydra" in shown
     assert application.run(verb, ["--cfg", "job"]) == 0
     shown = capsys.readouterr().out
