@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from zoo.artifacts import replacing, writable_folder, write_json, write_text
+from zoo.artifacts import folder_replacing, replacing, writable_folder, write_json, write_text
 from zoo.errors import InputError, WorkError
 
 
@@ -57,6 +57,17 @@ def test_a_write_that_fails_half_way_is_a_failure_of_the_work(tmp_path: Path) ->
     with pytest.raises(WorkError, match=r"a\.txt.*No space"), replacing(tmp_path / "a.txt"):
         raise OSError(28, "No space left on device")
     assert not list(tmp_path.iterdir())
+
+
+def test_a_folder_that_is_there_is_no_excuse_for_a_full_disk(tmp_path: Path) -> None:
+    """Somebody else's that came in the meantime stays; what goes wrong while writing is told all the same."""
+    (tmp_path / "a").mkdir()
+    with pytest.raises(WorkError, match=r"a.*No space"), folder_replacing(tmp_path / "a"):
+        raise OSError(28, "No space left on device")
+    with folder_replacing(tmp_path / "a") as own:
+        (own / "mine").touch()
+    assert list(tmp_path.iterdir()) == [tmp_path / "a"]
+    assert not list((tmp_path / "a").iterdir())
 
 
 def test_a_folder_that_cannot_be_written_to_is_named(tmp_path: Path) -> None:

@@ -69,12 +69,21 @@ def folder_replacing(path: str | Path) -> Iterator[Path]:
     try:
         temporary.mkdir()
         yield temporary
-        temporary.replace(target)
-    except OSError as error:
         if not target.is_dir():
-            raise WorkError(f"{target}: could not be written ({error.strerror or error})") from error
+            _moved(temporary, target)
+    except OSError as error:
+        raise WorkError(f"{target}: could not be written ({error.strerror or error})") from error
     finally:
         shutil.rmtree(temporary, ignore_errors=True)
+
+
+def _moved(folder: Path, target: Path) -> None:
+    """Put a folder where there was none, unless somebody else's is there by now."""
+    try:
+        folder.replace(target)
+    except OSError:
+        if not target.is_dir():
+            raise
 
 
 def _sibling(path: Path) -> Path:

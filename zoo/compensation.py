@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 
@@ -97,9 +97,14 @@ def check_uncompensated(path: Path, present: tuple[str, ...]) -> None:
     Raises:
         InputError: names the column that tells.
     """
-    told = [name for name in present if name.startswith(PREDICTED) or name.endswith(LEFT)]
+    told = [name for name in present if is_compensated([name])]
     if told:
         raise InputError(f"{path}: is compensated already, it has the column {told[0]}; give the file as it was recorded")
+
+
+def is_compensated(present: Sequence[str]) -> bool:
+    """Whether a file of these columns had a model subtracted."""
+    return any(name.startswith(PREDICTED) or name.endswith(LEFT) for name in present)
 
 
 def _check_unit(one: Layout, unit: str) -> None:

@@ -138,10 +138,12 @@ def test_rows_that_come_late_are_left_empty_where_that_is_asked_for(trained, fir
     assert facts()[0]["rows_without_prediction"] == 2
 
 
-def test_rows_without_a_temperature_are_left_empty_and_forgotten(trained, capsys) -> None:
+@pytest.mark.parametrize("mark", [np.nan, -999.0])
+def test_rows_without_a_temperature_are_left_empty_and_forgotten(trained, capsys, mark) -> None:
+    """Or with one below absolute zero, by which some recorders say so."""
     frame = recording()
     without = frame.drop(index=range(100, 110))
-    frame.loc[100:109, "temperature_c"] = np.nan
+    frame.loc[100:109, "temperature_c"] = mark
     frame.to_csv("holes.csv", index=False)
     without.to_csv("without.csv", index=False)
     assert compensate(trained["graybox"], "data.files=[holes.csv,without.csv]") == 0
@@ -234,6 +236,19 @@ def test_bias_and_rms_are_told_where_the_true_input_is_known(trained, capsys) ->
     assert "data.reference" not in capsys.readouterr().out
     assert facts()[0]["before"]["rms"] > 0.1
     assert facts()[0]["before"]["mean"] == pytest.approx(recording()["rate_dph"].mean(), abs=0.01)
+
+
+def test_a_recording_that_lies_where_the_result_would_is_kept(trained, capsys) -> None:
+    for folder, seed in (("in", 1), ("out", 2)):
+        Path(folder).mkdir()
+        recording(seed=seed).to_csv(f"{folder}/a.csv", index=False)
+    before = Path("out/a.csv").read_bytes()
+    assert compensate(trained["polynomial"], "data.files=[in/a.csv]") == 2
+    assert "out/a.csv: is there, and nothing that was compensated" in capsys.readouterr().err
+    assert Path("out/a.csv").read_bytes() == before
+    Path("out/a.csv").unlink()
+    for _ in range(2):  # what it has written itself it writes again
+        assert compensate(trained["polynomial"], "data.files=[in/a.csv]") == 0
 
 
 @pytest.mark.parametrize(

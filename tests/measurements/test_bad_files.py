@@ -13,6 +13,7 @@ import torch
 
 from zoo.errors import InputError
 from zoo.measurements.read import read_runs
+from zoo.measurements.table import chunks
 
 HEADER = "time_s,temperature_c,rate_dph"
 DEEP = 320_000  # rows: several chunks of the csv reader
@@ -134,6 +135,26 @@ def test_rows_that_are_skipped_might_as_well_not_be_there(tmp_path: Path, monkey
     assert run.rows == same.rows == 193
     told = f"{path.name}: 7 row(s) without a number in every cell, or whose time does not increase, are left out"
     assert set(run.notes) - set(same.notes) == {told}
+
+
+@pytest.mark.parametrize("mark", [",", ";"])
+def test_blanks_around_what_says_that_a_number_is_missing(tmp_path: Path, mark: str) -> None:
+    rows = [line.replace(",", mark).replace(".", "," if mark == ";" else ".") for line in lines(400)]
+    (tmp_path / "good.csv").write_text("\n".join([*rows[:3], *rows[6:]]))
+    rows[3:6] = [mark.join((time, blank, "1")) for time, blank in (("2", "  "), ("3", " NA"), ("4", "NaN "))]
+    (tmp_path / "bad.csv").write_text("\n".join(rows))
+    found, good = (read_runs(tmp_path / name, bad_rows="skip", average_s=10)[0] for name in ("bad.csv", "good.csv"))
+    assert torch.equal(found.error, good.error)
+    assert any("3 row(s) without a number" in note for note in found.notes)
+
+
+def test_a_file_whose_header_alone_has_another_end_of_line_is_read_in_pieces(tmp_path: Path) -> None:
+    """As editors leave it behind: taken whole, it would have to fit into memory."""
+    text = "\r\n".join(lines(1)[:1]) + "\r\n" + "\n".join(lines(20_000)[1:]) + "\n"
+    (tmp_path / "a.csv").write_bytes(text.encode())
+    parts = list(chunks(tmp_path / "a.csv", HEADER.split(","), 1 << 14))
+    assert len(parts) > 10
+    assert sum(map(len, parts)) == 20_000
 
 
 def test_a_file_of_which_little_would_be_left_is_refused(tmp_path: Path) -> None:

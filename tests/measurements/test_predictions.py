@@ -45,6 +45,12 @@ def test_the_run_s_own_rows_are_averaged_in_its_blocks(tmp_path, run, time) -> N
     torch.testing.assert_close(found, expected.block_mean(expected.error), rtol=0, atol=0)
 
 
+def test_a_clock_called_as_in_the_runs_has_their_unit(tmp_path, run, time) -> None:
+    path = write_measurements(tmp_path / "pred.csv", {"t": 1000.0 * time, "predicted_error_dph": curve(time)})
+    found = read_prediction(path, run, time="t", time_unit="ms")
+    torch.testing.assert_close(found, read_prediction(written(tmp_path, time, predicted_error_dph=curve(time)), run, time="t", time_unit="ms"))
+
+
 def test_held_out_pieces_get_their_own_blocks(tmp_path, run, time) -> None:
     path = written(tmp_path, time, predicted_error_dph=curve(time))
     early, late = run.split(0.3)

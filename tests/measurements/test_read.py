@@ -172,6 +172,8 @@ def test_a_times_unit_that_no_name_tells_can_be_said(tmp_path: Path) -> None:
     said = read_runs(path, columns={"time": "t"}, time_unit="ms")[0]
     torch.testing.assert_close(said.time, plain.time, rtol=0, atol=1e-3)
     assert "t is converted from ms to s" in said.notes
+    assert any(note.startswith("t is taken as seconds, a row every 1000 s") for note in read_runs(path, columns={"time": "t"})[0].notes)
+    assert not any("is taken as seconds" in note for note in read_runs(path, columns={"time": "t"}, time_unit="s")[0].notes)
     with pytest.raises(InputError, match=r"data\.time_unit=msec"):
         read_runs(path, columns={"time": "t"}, time_unit="msec")
     with pytest.raises(InputError, match=r"'time_s' is in s by its name, but data\.time_unit=ms"):

@@ -51,6 +51,16 @@ def test_blocks_are_numbered_without_the_thin_ones() -> None:
     assert thin == 1
 
 
+def test_a_recorder_that_writes_less_often_later_has_no_thin_blocks() -> None:
+    """An hour at a row a second, then one at a row in ten; and a block in the middle that lost most of its rows."""
+    tick = np.repeat(np.arange(72), [*[100] * 30, 20, *[100] * 5, *[10] * 36])
+    rows = np.ones_like(tick)
+    block, thin = numbered(np.zeros_like(tick), tick, rows, expected=100)
+    assert thin == 1
+    assert (block[tick == 30] == -1).all()
+    assert block[-1] == 70
+
+
 def stream(rows: int, step: float, chunk: int = 7_000) -> Recording:
     recording = Recording(step, "auto", 5 * step)
     for start in range(0, rows, chunk):

@@ -5,7 +5,7 @@ import math
 import pytest
 import torch
 
-from zoo.scoring.batches import ratio_interval, rms_interval, student
+from zoo.scoring.batches import autocorrelation_time, ratio_interval, rms_interval, student
 
 
 def walk(count: int, memory: float, seed: int) -> torch.Tensor:
@@ -25,6 +25,19 @@ def test_the_interval_covers_the_true_rms(memory: float, least: float) -> None:
         assert interval is not None
         covered += interval[0] <= 1.0 <= interval[1]
     assert least * 150 <= covered
+
+
+def test_what_remembers_for_a_tenth_of_the_run_has_few_batches() -> None:
+    """Sixteen would be as short as the memory, and their scatter leave the truth outside of one interval in five."""
+    found = [rms_interval([walk(300, 0.95, trial)]) for trial in range(150)]
+    assert sum(one is not None and one[0] <= 1.0 <= one[1] for one in found) >= 0.84 * 150
+
+
+@pytest.mark.parametrize("memory", [0.0, 0.5, 0.9])
+def test_autocorrelation_time_as_in_the_closed_form(memory: float) -> None:
+    """(1 + ρ)/(1 − ρ) of a Markov process."""
+    found = [autocorrelation_time([walk(4000, memory, trial), walk(2000, memory, 1000 + trial)]) for trial in range(20)]
+    assert sum(found) / 20 == pytest.approx((1 + memory) / (1 - memory), rel=0.1)
 
 
 def test_correlation_widens_it_as_the_theory_says() -> None:

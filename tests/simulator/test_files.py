@@ -138,6 +138,15 @@ def test_runs_of_another_simulation_are_not_mixed_in(tmp_path: Path) -> None:
     write(small(runs=3, seed=2), tmp_path)
 
 
+@pytest.mark.parametrize("name", ["run_1.csv", "check.csv"])
+def test_a_users_own_runs_are_not_overwritten(tmp_path: Path, name: str) -> None:
+    own = tmp_path / name
+    own.write_text("time_s,temperature_c,rate_dph\n0,20,1\n")
+    with pytest.raises(InputError, match=f"holds {name} of something else"):
+        write(small(), tmp_path)
+    assert list(tmp_path.iterdir()) == [own]
+
+
 @pytest.fixture(autouse=True)
 def _as_a_fresh_process(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.delenv("HYDRA_FULL_ERROR", raising=False)

@@ -56,7 +56,7 @@ def run(config: DictConfig, out: Path) -> Path:
         Console(stderr=True).print(Text(f"skipped, without a finished model: {', '.join(skipped)}"), style="yellow", soft_wrap=True, highlight=False)
     runs = _judged(_with_trained_blocks(config, models))
     print_notes(runs)
-    entrants = named([*models, *given_predictions(files, len(runs), (config.data.columns or {}).get("time"), config.data.bad_rows == "skip")])
+    entrants = named([*models, *given_predictions(files, [one.name for one in runs], plain(config.data))])
     scored, stages = _scored(entrants, runs, device, float(config.data.get("holdout", 0.0)))
     judged = judge(methods_of(entrants, names("init")), scored, Generator().manual_seed(config.seed))
     document = _document(entrants, scored, stages) | judged | {"skipped": skipped}

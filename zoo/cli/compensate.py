@@ -15,7 +15,7 @@ from rich.text import Text
 from zoo.artifacts import write_json
 from zoo.catalog import load_ranges
 from zoo.cli.saved_models import SavedModel, command_config, find_model
-from zoo.compensation import Compensation, Compensator, Tally, check_uncompensated, remarks
+from zoo.compensation import Compensation, Compensator, Tally, check_uncompensated, is_compensated, remarks
 from zoo.errors import BadRow, InputError
 from zoo.export.narrowed import narrowed
 from zoo.measurements.files import find_files, run_names, suffix
@@ -110,9 +110,11 @@ def _targets(paths: Sequence[Path], out: Path) -> list[Path]:
         possible = (out / f"{stem}{number}{kind}" for number in ("", *(f"_{place}" for place in range(2, len(paths) + 1))))
         targets.append(next(one for one in possible if one not in targets))
     there = {path.resolve() for path in paths}
-    over = next((target for target in targets if target.resolve() in there), None)
-    if over:
-        raise InputError(f"{over}: would be overwritten by its compensated self; choose another folder with hydra.run.dir=…")
+    for target in targets:
+        if target.resolve() in there:
+            raise InputError(f"{target}: would be overwritten by its compensated self; choose another folder with hydra.run.dir=…")
+        if target.exists() and not is_compensated(column_names(target)):
+            raise InputError(f"{target}: is there, and nothing that was compensated; choose another folder with hydra.run.dir=…")
     return targets
 
 

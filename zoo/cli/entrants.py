@@ -14,7 +14,7 @@ from rich.progress import track
 from torch import Tensor
 
 from zoo.catalog import MODEL_FILE, load_members, load_ranges, names
-from zoo.cli.given_predictions import file_of
+from zoo.cli.given_predictions import files_of
 from zoo.cli.outcomes import FAILED
 from zoo.cli.saved_models import RESULTS, command_config, load_saved, model_folders, read_yaml, tops, was_made
 from zoo.cli.telling_settings import telling_words
@@ -131,18 +131,19 @@ def _has_all(run: Run, module: Model) -> bool:
     return {*module.inputs} <= {*run.columns, OUTPUT}
 
 
-def given_predictions(files: Mapping[str, list[Path]], runs: int, time: str | None, skip: bool) -> list[Entrant]:
+def given_predictions(files: Mapping[str, list[Path]], runs: Sequence[str], data: Mapping[str, Any]) -> list[Entrant]:
     """Predictions made elsewhere as entrants.
 
     Args:
         files: of each set, by its name.
-        runs: how many runs are compared.
-        time: what the measurement files call the time.
-        skip: whether rows without a number are left out.
+        runs: names of those that are compared.
+        data: settings by which the measurement files are read.
     """
+    time, skip, unit = (data.get("columns") or {}).get("time"), data["bad_rows"] == "skip", data.get("time_unit")
 
     def predictor(name: str, paths: list[Path]) -> Callable[[Run, torch.device], Tensor]:
-        return lambda run, _: read_prediction(file_of(run.name, name, paths, runs), run, time, skip)
+        own = files_of(runs, name, paths)
+        return lambda run, _: read_prediction(own[run.name], run, time, skip, unit)
 
     return [Entrant(name, name, paths[0].parent, {}, {}, predictor(name, paths)) for name, paths in files.items()]
 

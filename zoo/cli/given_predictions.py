@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import glob
 import re
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -51,25 +51,43 @@ def _files(key: str, given: Any) -> list[Path]:
     return found
 
 
-def file_of(run: str, name: str, files: list[Path], runs: int) -> Path:
-    """The file that holds the predictions for a run: called like it, or with the run's name as a part of its own; or the only file for the only run.
+def files_of(runs: Sequence[str], name: str, files: list[Path]) -> dict[str, Path]:
+    """The file that holds the predictions for each run, by the run's name.
 
     Args:
-        run: the run's name.
+        runs: names of the runs; pieces that were held out of one have its file.
         name: of the set of predictions, for messages.
         files: of the set.
-        runs: how many runs there are.
+
+    Raises:
+        InputError: there is none for a run, or more than one, or one for two of them.
+    """
+    found = {run: _file_of(run, name, files, len(runs)) for run in runs}
+    owner: dict[Path, str] = {}
+    for run, path in found.items():
+        whole = run.removesuffix(HELD_OUT)
+        if owner.setdefault(path, whole) != whole:
+            told = f"{path.name} would be taken for the run {owner[path]} and for {whole}"
+            raise InputError(f"predictions: {name}: {told}; call the files of the runs, and those of the predictions, differently")
+    return found
+
+
+def _file_of(run: str, name: str, files: list[Path], runs: int) -> Path:
+    """The file for one run: called like it, or with the run's name as a part of its own; or the only file for the only run.
+
+    Where two are called alike, that in a folder called like the run's.
 
     Raises:
         InputError: there is none, or more than one.
     """
-    stem = run.removesuffix(HELD_OUT).rpartition("/")[2]
+    folder, _, stem = run.removesuffix(HELD_OUT).rpartition("/")
     by_stem = {path: _stem(path) for path in files}
     exact = [path for path, own in by_stem.items() if own == stem]
     part = re.compile(rf"(?<![A-Za-z0-9]){re.escape(stem)}(?![A-Za-z0-9])")
     found = exact or [path for path, own in by_stem.items() if part.search(own)] or (files if len(files) == runs == 1 else [])
-    if len(found) == 1:
-        return found[0]
+    near = [path for path in found if folder and path.resolve().parent.name == folder.rpartition("/")[2]]
+    if len(near or found) == 1:
+        return (near or found)[0]
     said = f"several files ({_listed(found)})" if found else f"none of the files ({_listed(files)})"
     raise InputError(f"predictions: {name}: {said} for the run {stem}; one is needed, called {stem}.csv or such as pred_{stem}.csv")
 

@@ -20,7 +20,7 @@ from zoo.errors import InputError
 from zoo.measurements import csv_table
 from zoo.measurements.files import suffix
 from zoo.measurements.rows import Rows
-from zoo.measurements.schema import Source, in_run_units
+from zoo.measurements.schema import Source, in_run_units, without_temperature
 from zoo.measurements.table import column_names, rows
 
 Compute = Callable[[np.ndarray, float], np.ndarray]
@@ -63,14 +63,20 @@ def append_columns(
     """
     _check_new(source, target, names)
     stream = rows(source, [one.column for one in columns], chunk_bytes, keep=True, filled=filled, skip=skip)
-    converted = (Rows(in_run_units(part.numbers, columns), part.kept, part.share) for part in stream)
-    parts = ((part, compute(part.numbers, part.share)) for part in _long_enough(first_s, converted))
+    parts = ((part, compute(part.numbers, part.share)) for part in _long_enough(first_s, (_in_run_units(part, columns) for part in stream)))
     with replacing(target) as temporary:
         if suffix(source) == ".parquet":
             _write_parquet(source, temporary, names, parts)
         else:
             _write_csv(source, temporary, names, parts)
     return target
+
+
+def _in_run_units(part: Rows, columns: Sequence[Source]) -> Rows:
+    """The next rows in the run's units; marks for no temperature are NaN, as missing cells are."""
+    numbers = in_run_units(part.numbers, columns)
+    numbers[without_temperature(numbers, columns)] = np.nan
+    return Rows(numbers, part.kept, part.share)
 
 
 def _check_new(source: Path, target: Path, names: Sequence[str]) -> None:

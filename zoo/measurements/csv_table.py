@@ -116,19 +116,33 @@ def rows(path: Path, columns: Sequence[str], chunk_bytes: int, keep: bool = Fals
     wanted = [str(names.index(column)) for column in columns]
     every = [str(place) for place in range(len(names))]
     convert = pa.csv.ConvertOptions(include_columns=wanted, column_types=dict.fromkeys(wanted, pa.float64()), decimal_point=style.point)
+    as_text = pa.csv.ConvertOptions(include_columns=wanted, column_types=dict.fromkeys(wanted, pa.string()), strings_can_be_null=True)
     parse = pa.csv.ParseOptions(delimiter=style.mark)
     try:
         for block, share in _blocks(path, chunk_bytes):
             if not block.strip(b"\r\n"):
                 continue
             options = pa.csv.ReadOptions(block_size=len(block) + 1, column_names=every)
-            table = pa.csv.read_csv(pa.BufferReader(block), options, parse, convert).combine_chunks()
+            try:
+                table = pa.csv.read_csv(pa.BufferReader(block), options, parse, convert)
+            except pa.ArrowInvalid:
+                table = _trimmed(pa.csv.read_csv(pa.BufferReader(block), options, parse, as_text), style)
             if table.num_rows:
-                parsed = np.column_stack([numbers(column.chunk(0)) for column in table.columns])
+                parsed = np.column_stack([numbers(column.chunk(0)) for column in table.combine_chunks().columns])
                 yield Rows(parsed, (block,) if keep else (), share)
     except (pa.ArrowException, OSError, EOFError) as error:
         if _has_rows(path):
             _find_fault(path, columns, str(error), filled)
+
+
+def _trimmed(table: pa.Table, style: Style) -> pa.Table:
+    """Columns of text as numbers: Arrow's reader knows a missing cell only where no blanks stand around what says so."""
+    for place, column in enumerate(table.columns):
+        text = pc.utf8_trim_whitespace(column)
+        text = pc.if_else(pc.is_in(text, pa.array(pa.csv.ConvertOptions().null_values)), None, text)
+        text = text if style.point == "." else pc.replace_substring(pc.replace_substring(text, ".", "?"), style.point, ".")
+        table = table.set_column(place, table.column_names[place], text.cast(pa.float64()))
+    return table
 
 
 def explain(path: Path, columns: Sequence[str], chunk: np.ndarray, before: int, last: float) -> NoReturn:
@@ -142,9 +156,16 @@ def explain(path: Path, columns: Sequence[str], chunk: np.ndarray, before: int, 
 
 
 def header(path: Path) -> tuple[bytes, bytes]:
-    """The first line as it stands, and what ends it."""
-    with pa.OSFile(str(path)) as file, _unpacked(path, file) as stream:
-        return _first_line(stream, 1 << 16)[:2]
+    """The first line as it stands, and what ends it.
+
+    Raises:
+        InputError: the file is damaged.
+    """
+    try:
+        with pa.OSFile(str(path)) as file, _unpacked(path, file) as stream:
+            return _first_line(stream, 1 << 16)[:2]
+    except OSError as error:
+        raise InputError(f"{path}: cannot be read to its end ({error})") from error
 
 
 def extended(lines: bytes, added: np.ndarray, path: Path, style: Style) -> pa.BinaryArray:
@@ -174,7 +195,8 @@ def _blocks(path: Path, chunk_bytes: int) -> Iterator[tuple[bytes, float]]:
     """Whole lines after the header, and how much of the file has been read."""
     size = max(path.stat().st_size, 1)
     with pa.OSFile(str(path)) as file, _unpacked(path, file) as stream:
-        _, end, rest = _first_line(stream, chunk_bytes)
+        _, first, rest = _first_line(stream, chunk_bytes)
+        end = first[-1:]  # whatever editors did to the header: what ends a line ends in this
         while data := stream.read(chunk_bytes):
             rest += data
             cut = rest.rfind(end) + len(end)

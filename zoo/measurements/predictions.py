@@ -13,14 +13,14 @@ from zoo import units
 from zoo.errors import InputError
 from zoo.measurements.recording import GAP_STEPS, Recording
 from zoo.measurements.run import Run
-from zoo.measurements.schema import prediction_sources
+from zoo.measurements.schema import Source, prediction_sources
 from zoo.measurements.table import chunks, column_names
 
 SAME = 1e-4
 """Blocks whose mean times differ by less than this share of their length hold the same rows."""
 
 
-def read_prediction(path: Path, run: Run, time: str | None = None, skip: bool = False) -> Tensor:
+def read_prediction(path: Path, run: Run, time: str | None = None, skip: bool = False, time_unit: str | None = None) -> Tensor:
     """The predicted error of a run's blocks.
 
     Where the file has the rows of the run, they are averaged in the same blocks; else the predictions, or their means over a fifth of a block, are
@@ -31,6 +31,7 @@ def read_prediction(path: Path, run: Run, time: str | None = None, skip: bool = 
         run: what it was predicted for.
         time: what the measurement files call the time, where it has that name here as well.
         skip: whether rows without a number are left out; else they are an error.
+        time_unit: the unit of the time that is called as in the measurement files, where it was said.
 
     Returns:
         (N,) predicted error [output's unit].
@@ -38,7 +39,7 @@ def read_prediction(path: Path, run: Run, time: str | None = None, skip: bool = 
     Raises:
         InputError: a column is missing, or the file does not reach over the run.
     """
-    there = _averaged(path, run, time, skip)
+    there = _averaged(path, run, prediction_sources(path, column_names(path), run.unit, time, time_unit), skip)
     own, given = run.block_mean(run.time).cpu(), there.block_mean(there.time)
     place = torch.searchsorted(given, own - SAME * run.average_s).clamp_max(max(len(given) - 1, 0))
     if len(given) and bool(((given[place] - own).abs() < SAME * run.average_s).all()):
@@ -46,9 +47,8 @@ def read_prediction(path: Path, run: Run, time: str | None = None, skip: bool = 
     return _interpolated(path, run, there)
 
 
-def _averaged(path: Path, run: Run, time: str | None, skip: bool) -> Run:
+def _averaged(path: Path, run: Run, sources: tuple[Source, Source], skip: bool) -> Run:
     """The file on the two grids of a run."""
-    sources = prediction_sources(path, column_names(path), run.unit, time)
     stream = chunks(path, [source.column for source in sources], skipped=(lambda _: None) if skip else None)
     first = next(stream)
     seconds = units.convert(first[:, 0], sources[0].given, sources[0].wanted)

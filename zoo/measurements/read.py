@@ -18,14 +18,15 @@ from zoo.measurements.files import find_files, run_names
 from zoo.measurements.gaps import unsettled
 from zoo.measurements.recording import GAP_STEPS, JITTER, Average, Recording, auto_length
 from zoo.measurements.run import Run
-from zoo.measurements.schema import Layout, Source, check_references, in_run_units, keep_shared, layout, overruled
+from zoo.measurements.schema import Layout, Source, check_references, in_run_units, keep_shared, layout, overruled, without_temperature
 from zoo.measurements.table import chunks, column_names
 from zoo.measurements.wrong_unit import HOTTEST_C, mistaken_unit
 
 BadRows = Literal["error", "skip"]
 HEAD_ROWS = 100_000
 _STARTUP_ROWS = 100
-ABSOLUTE_ZERO_C = -273.15
+SLOW_S = 60.0
+"""Hardly a chamber run has fewer rows than one a minute."""
 LONGEST_S = 60 * 86400.0
 """What lasts longer was written down in milliseconds."""
 
@@ -99,7 +100,7 @@ def _record(one: Layout, reference: float, average_s: Average, gap_s: float | No
         raise InputError(f"{one.path}: data.gap_s={gap:g} is shorter than the time between rows, {step:g} s; every row would stand alone")
     recording = Recording(step, average_s, gap)
     startup = _startup(np.concatenate([chunk[:, -1] for chunk in head])[:_STARTUP_ROWS], one.output.column)
-    recording.notes += [*one.notes, *overruled(one, reference), *startup]
+    recording.notes += [*one.notes, *overruled(one, reference), *(_slow(one, step) if short else []), *startup]
     lowest, highest = math.inf, -math.inf
     for chunk in itertools.chain(head, stream):
         lowest, highest = min(lowest, chunk[:, -1].min()), max(highest, chunk[:, -1].max())
@@ -134,15 +135,16 @@ def _warm_enough(one: Layout, chunk: np.ndarray, skipped: Callable[[int], None] 
     Raises:
         BadRow: there is one, and nobody is to be told that it was skipped.
     """
-    for place, source in enumerate(one.sources):
-        cold = chunk[:, place] < ABSOLUTE_ZERO_C if source.name.startswith("temperature_") else np.zeros(0, dtype=bool)
-        if cold.any():
-            if skipped is None:
-                row = chunk[cold.argmax()]
-                raise BadRow(f"{one.path}, column {source.column}: {row[place]:g} °C at {row[0]:g} s is below absolute zero, as a mark for no value")
-            skipped(int(cold.sum()))
-            chunk = chunk[~cold]
-    return chunk
+    marked = without_temperature(chunk, one.sources)
+    cold = marked.any(axis=1)
+    if not cold.any():
+        return chunk
+    if skipped is None:
+        row, place = chunk[cold.argmax()], int(marked[cold.argmax()].argmax())
+        what = f"{one.path}, column {one.sources[place].column}"
+        raise BadRow(f"{what}: {row[place]:g} °C at {row[0]:g} s is below absolute zero, as a mark for no value")
+    skipped(int(cold.sum()))
+    return chunk[~cold]
 
 
 def _at_least(rows: int, stream: Iterable[np.ndarray]) -> Iterable[np.ndarray]:
@@ -168,6 +170,14 @@ def median_step(path: Path, head: Sequence[np.ndarray]) -> float:
     if len(time) < 2:
         raise InputError(f"{path}: has one row; a run needs at least two")
     return float(np.median(np.diff(time)))
+
+
+def _slow(one: Layout, step: float) -> list[str]:
+    """A note where rows are far apart by a clock whose unit nobody has said."""
+    time = one.inputs[0]
+    if step <= SLOW_S or units.output_suffix(time.column, "time") is not None:
+        return []
+    return [f"{time.column} is taken as seconds, a row every {step:g} s; if it is another unit: data.time_unit=ms, us, min or h (s if it is true)"]
 
 
 def _startup(output: np.ndarray, column: str) -> list[str]:

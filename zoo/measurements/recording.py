@@ -20,28 +20,39 @@ GAP_STEPS = 5.0
 JITTER = 0.01
 """Share by which the times between rows of recordings may differ that are sampled alike."""
 FINE_PER_BLOCK = 5
+AROUND = 11
+"""Blocks by whose rows it is told how often rows came just then: a recorder may change its rate, or write in bursts."""
 # In ticks of a fifth of the shortest block: each divides the next, and every fine step is a multiple of one of them.
 _NESTED = (1, 10, 100)
 
 Average = float | None | Literal["auto"]
 
 
-def numbered(segment: np.ndarray, tick: np.ndarray, count: np.ndarray, expected: float) -> tuple[np.ndarray, int]:
+def numbered(segment: np.ndarray, tick: np.ndarray, count: np.ndarray, expected: float, alike: bool = False) -> tuple[np.ndarray, int]:
     """Numbers the blocks in time order, leaving out those with less than half of their rows.
 
     Args:
         segment: (T,) gap-free segment of each fine sample.
         tick: (T,) block lengths since the segment's start.
         count: (T,) recorded rows behind each.
-        expected: rows in a full block.
+        expected: rows in a full block, at the time between rows that is usual in the beginning.
+        alike: whether all are to have that; else half of what the median of those around has will do.
 
     Returns:
         (T,) int64 block of each fine sample, −1 where it is left out; and how many blocks were left out.
     """
     first = starts(segment, tick)
-    kept = np.add.reduceat(count, first) >= 0.5 * expected
+    rows = np.add.reduceat(count, first)
+    kept = rows >= 0.5 * (expected if alike or len(rows) < AROUND else np.minimum(expected, _around(rows)))
     number = np.where(kept, np.cumsum(kept) - 1, -1)
     return np.repeat(number, np.diff(first, append=len(tick))), int((~kept).sum())
+
+
+def _around(rows: np.ndarray) -> np.ndarray:
+    """(B,) median over each value and its neighbours."""
+    padded = np.pad(rows, AROUND // 2, mode="reflect")
+    medians: np.ndarray = np.median(np.lib.stride_tricks.sliding_window_view(padded, AROUND), axis=-1)
+    return medians
 
 
 def as_recorded(average_s: float | None, step_s: float) -> bool:
@@ -98,7 +109,7 @@ class Recording:
     def _release(self) -> None:
         """Forgets bins finer than any still needed: once there are enough blocks of a length, none shorter will be chosen."""
         for place, level in enumerate(self._levels):
-            if place and self._levels[place - 1].done is not None and self._blocks(level, level.width * FINE_PER_BLOCK) >= ENOUGH_BLOCKS:
+            if place and self._levels[place - 1].done is not None and self._blocks(level, level.width * FINE_PER_BLOCK, True) >= ENOUGH_BLOCKS:
                 for finer in self._levels[:place]:
                     finer.done = None
 
@@ -112,9 +123,10 @@ class Recording:
         ticks = round(average_s / self._tick_s)
         return self._blocks(self._source(ticks), ticks)
 
-    def _blocks(self, level: Level, ticks: int) -> int:
+    def _blocks(self, level: Level, ticks: int, alike: bool = False) -> int:
+        """Blocks of a length so far; those that are `alike` stay, whatever follows."""
         bins = join(level.done or [])
-        block, _ = numbered(bins.segment, bins.tick * max(1, level.width) // ticks, bins.count, ticks * self._tick_s / self.step_s)
+        block, _ = numbered(bins.segment, bins.tick * max(1, level.width) // ticks, bins.count, ticks * self._tick_s / self.step_s, alike)
         return int(block.max(initial=-1)) + 1
 
     def _source(self, ticks: int) -> Level:

@@ -16,6 +16,7 @@ from zoo.errors import InputError, nearest
 
 INPUTS = ("supply_v", "field_ut", "humidity_pct", "pressure_kpa")
 ROLES = ("time", "temperature", "output", "reference", *INPUTS)
+ABSOLUTE_ZERO_C = -273.15
 _KEY = "data.columns"
 _PREFIX = {"rate": "rate", "acceleration": "accel"}
 
@@ -71,6 +72,13 @@ def in_run_units(numbers: np.ndarray, sources: Sequence[Source]) -> np.ndarray:
     return numbers
 
 
+def without_temperature(numbers: np.ndarray, sources: Sequence[Source]) -> np.ndarray:
+    """(M, C) bool: where a thermometer in a run's units reads below absolute zero, with which some recorders say that they have no temperature."""
+    thermometers = np.array([source.name.startswith("temperature_") for source in sources])
+    cold: np.ndarray = (numbers < ABSOLUTE_ZERO_C) & thermometers
+    return cold
+
+
 def layout(
     path: Path,
     present: Sequence[str],
@@ -119,7 +127,7 @@ def overruled(one: Layout, reference: float | None) -> list[str]:
     return [f"data.reference={reference:g} is not used, as {one.reference.column} is recorded"] if one.reference and reference else []
 
 
-def prediction_sources(path: Path, present: Sequence[str], unit: str, time: str | None = None) -> tuple[Source, Source]:
+def prediction_sources(path: Path, present: Sequence[str], unit: str, time: str | None = None, time_unit: str | None = None) -> tuple[Source, Source]:
     """Finds time and predicted error in a file of predictions.
 
     Args:
@@ -127,6 +135,7 @@ def prediction_sources(path: Path, present: Sequence[str], unit: str, time: str 
         present: the names in its header.
         unit: suffix of the unit that is wanted; another one of the same quantity is converted.
         time: what the measurement files call the time; taken where this file has it as well.
+        time_unit: the unit of that, where it was said; a file that calls its time otherwise says its unit by the name.
 
     Raises:
         InputError: there is no such column.
@@ -136,7 +145,8 @@ def prediction_sources(path: Path, present: Sequence[str], unit: str, time: str 
     if found is None:
         raise InputError(f"{path}: no column 'predicted_error_{unit}' (to be subtracted from the output); its columns: {', '.join(present)}")
     mapped = {"time": time} if time in present and time is not None else {}
-    return _required(path, present, mapped, "time", "time_s", "s"), Source("predicted", found, names[found], unit)
+    clock = _required(path, present, mapped, "time", "time_s", "s")
+    return _said(path, clock, "time", time_unit if mapped else None), Source("predicted", found, names[found], unit)
 
 
 def keep_shared(layouts: Sequence[Layout]) -> list[Layout]:

@@ -8,9 +8,14 @@ from collections.abc import Sequence
 import torch
 from torch import Tensor
 
-BATCHES = 16
-"""Between 8 and 16 do best whatever the correlation (Ibragimov & Müller 2010, J. Bus. Econ. Stat. 28:453)."""
-FEWEST = 4
+BATCHES, FEWEST = 16, 4
+"""Most and fewest: between 8 and 16 do best where each is longer than the values remember (Ibragimov & Müller 2010, J. Bus. Econ. Stat. 28:453)."""
+MEMORIES = 3.0
+"""Autocorrelation times in a batch, as far as the fewest allow it."""
+WINDOW = 5.0
+"""Autocorrelation times over which correlations are summed to find it (Sokal 1997, in: Functional Integration, 131)."""
+LEAST = 0.3
+"""Share of the variance of a mean that the scatter of batches shows at least: with less, it tells nothing."""
 Z = 1.959964
 """97.5 % quantile of the normal distribution."""
 
@@ -59,22 +64,43 @@ def ratio_interval(first: Sequence[Tensor], second: Sequence[Tensor]) -> tuple[f
 
 
 def _error_of_mean(values: Sequence[Tensor]) -> float | None:
-    """Half a 95 % interval of the mean of all values, by Student's t over batches, none of which reaches across two runs."""
-    pieces = _batches(values)
+    """Half a 95 % interval of the mean of all values, by Student's t over batches, none of which reaches across two runs.
+
+    Batches that are not much longer than the values remember differ less than independent ones would: by as much as is true of an exponential memory.
+    """
+    memory, total = autocorrelation_time(values), sum(part.numel() for part in values)
+    pieces = _batches(values, max(FEWEST, min(BATCHES, round(total / (MEMORIES * memory)))))
     if len(pieces) < FEWEST:
         return None
     weight = torch.tensor([float(piece.numel()) for piece in pieces], dtype=torch.float64)
     weight /= weight.sum()
     means = torch.stack([piece.mean().cpu() for piece in pieces])
     scatter = (weight.square() * (means - (weight * means).sum()).square()).sum() * len(pieces) / (len(pieces) - 1)
-    return student(len(pieces) - 1) * math.sqrt(float(scatter))
+    lasts = 2.0 * total / len(pieces) / memory
+    shown = 1.0 - (1.0 - math.exp(-lasts)) / lasts if memory > 1 else 1.0
+    return student(len(pieces) - 1) * math.sqrt(float(scatter) / max(shown, LEAST))
 
 
-def _batches(values: Sequence[Tensor]) -> list[Tensor]:
+def autocorrelation_time(values: Sequence[Tensor]) -> float:
+    """How many successive values are worth one: 1 + 2 Σ ρ over the lags in which correlations are more than chance; 1 at least.
+
+    Args:
+        values: (N_r,) of each run.
+    """
+    mean = torch.cat(list(values)).mean()
+    apart = [part - mean for part in values]
+    whole = sum(float(part.square().sum()) for part in apart)
+    time, lag = 1.0, 1
+    while whole and lag < max(map(len, apart)) and lag < WINDOW * time:
+        time += 2.0 * sum(float(part[:-lag] @ part[lag:]) for part in apart if len(part) > lag) / whole
+        lag += 1
+    return max(time, 1.0)
+
+
+def _batches(values: Sequence[Tensor], most: int) -> list[Tensor]:
     total = sum(part.numel() for part in values)
-    return [
-        piece for part in values if part.numel() for piece in part.tensor_split(max(1, min(round(BATCHES * part.numel() / total), part.numel() // 2)))
-    ]
+    counts = [min(round(most * part.numel() / total), part.numel() // 2) for part in values]
+    return [piece for part, count in zip(values, counts, strict=True) if part.numel() for piece in part.tensor_split(max(1, count))]
 
 
 def student(freedom: int) -> float:

@@ -30,8 +30,8 @@ def write(simulation: Simulated, folder: Path, track: Any = iter) -> Path:
     _check_finite(simulation)
     recorded: Iterable[Recording] = track([*simulation.runs, simulation.check])
     for one in recorded:
+        write_measurements(folder / truth_file(one), one.truth)  # first: by it a simulated run is told from a user's own
         write_measurements(folder / f"{one.name}.csv", one.table)
-        write_measurements(folder / truth_file(one), one.truth)
     write_json(folder / "truth.json", simulation.truth())
     return folder
 
@@ -44,7 +44,8 @@ def _check_finite(simulation: Simulated) -> None:
 
 
 def _check_empty(simulation: Simulated, folder: Path) -> None:
-    known = {f"{one.name}.csv" for one in simulation.runs}
-    other = sorted(path.name for path in folder.glob("run_*.csv*") if path.name not in known)
+    known = {f"{one.name}.csv": folder / truth_file(one) for one in (*simulation.runs, simulation.check)}
+    there = [*folder.glob("run_*.csv*"), *folder.glob("check.csv")]
+    other = sorted(path.name for path in there if path.name not in known or not known[path.name].is_file())
     if other:
         raise InputError(f"{folder}: holds {other[0]} of something else; choose another folder with hydra.run.dir=…")
