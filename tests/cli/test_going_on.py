@@ -61,6 +61,17 @@ def test_files_that_are_others_begin_anew(change: str, capsys: pytest.CaptureFix
     assert goes_on(*settings, capsys=capsys) == (change == "nothing")
 
 
+def test_what_went_on_from_an_older_training_goes_on_from_where_it_was_killed(capsys: pytest.CaptureFixture[str]) -> None:
+    record("run_1.csv", 0)
+    files = "data.files=[run_1.csv]"
+    train(files, epochs=2)
+    Path("out").rename("old")
+    killed(files, "resume=old")
+    assert goes_on(files, "resume=old", capsys=capsys)
+    killed(files, "resume=old")
+    assert not goes_on(files, capsys=capsys), "which begins with other weights"
+
+
 @pytest.mark.parametrize("changed", [False, True])
 def test_a_simulation_that_is_another_begins_anew(changed: bool, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     """The settings are the same: what has changed is the YAML of the gyro that they name."""

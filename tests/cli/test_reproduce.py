@@ -62,6 +62,23 @@ def test_what_a_training_and_a_protocol_have_can_be_added_to(setting: str, tmp_p
     assert run("reproduce", [*common, setting]) == 0
 
 
+@pytest.mark.parametrize(
+    ("setting", "found"),
+    [
+        ("~methods.BP", "the method 'BP' is missing"),
+        ("data.check_files=[run_2.parquet]", "a run is missing"),
+        ("model=polynomial", "'+methods.mine=[model=polynomial]'"),
+        ("init.steps=2", "unknown key 'init.steps'"),
+    ],
+)
+def test_what_would_leave_no_table_is_told_before_anything_is_trained(
+    setting: str, found: str, capsys: pytest.CaptureFixture[str], tmp_path: Path
+) -> None:
+    assert run("reproduce", ["paper=qiu2023", "epochs=2", setting, f"hydra.run.dir={tmp_path / 'out'}"]) == 2
+    assert found in " ".join(capsys.readouterr().err.split())
+    assert not (tmp_path / "out" / "methods").exists()
+
+
 @pytest.mark.parametrize(("verb", "chosen"), [("reproduce", ["paper=qiu2023"]), ("train", ["data.files=[a.csv]"])])
 def test_what_nothing_would_read_is_refused(verb: str, chosen: list[str], capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
     wrong = "+method.mine=[]" if verb == "reproduce" else "+methods.mine=[]"

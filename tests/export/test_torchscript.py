@@ -157,7 +157,7 @@ def test_outside_of_the_trained_range_is_told_and_refused_only_if_asked(network,
 def test_a_ramp_steeper_than_any_in_training_is_told_by_its_column(network, graybox, record, kind) -> None:
     model = network("bp", features=["temperature", "temperature_rate", "temperature_lag600"])
     if kind == "hybrid":
-        model = Hybrid(model, dict(graybox(["hysteresis"]).named_effects()), ["time_s", "temperature_c"])
+        model = Hybrid(model, dict(graybox(["hysteresis"]).named_effects()), ["time_s", "temperature_c", "reference_dph"])
     slow = {"temperature_c": (-30.0, 55.0), "temperature_rate": (-1.0, 1.0)}
     x = record(model.inputs, 400)
     x[:, 0] = 10.0 * torch.arange(400)

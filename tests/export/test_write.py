@@ -75,7 +75,7 @@ def test_the_metadata_say_what_the_files_are(folders) -> None:
     metadata = json.loads((out / "metadata.json").read_text())
     assert metadata["inputs"] == ["time_s", "temperature_c"]
     assert metadata["input_units"] == {"time_s": "s", "temperature_c": "°C"}
-    assert metadata["trained_range"] == {"time_s": None, "temperature_c": [-30, 55]}
+    assert metadata["trained_range"] == {"time_s": None, "temperature_c": [-30, 55], "temperature_rate": None}
     assert metadata["inputs_without_influence"] == ["supply_v", "reference_dph"]
     assert (metadata["unit"], metadata["unit_symbol"], metadata["refuse_outside"]) == ("dph", "°/h", False)
     assert all(0 <= apart < 1e-9 for apart in metadata["parity"]["largest_difference"].values())

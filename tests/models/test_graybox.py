@@ -27,6 +27,14 @@ def graybox(effects: list[str], inputs: list[str] = TWO) -> GrayBox:
     return GrayBox({name: build("effects", name) for name in effects}, inputs)
 
 
+@pytest.mark.parametrize(
+    "inputs", [["time_s", "temperature_c"], ["temperature_c", "time_s", "reference_dph"], "time_s", ["time_s", "reference_dph", "temperature_c"]]
+)
+def test_columns_in_another_order_would_be_taken_for_each_other(inputs) -> None:
+    with pytest.raises(InputError, match=r"model\.inputs=.*reference_UNIT"):
+        GrayBox({}, inputs)
+
+
 def config(effects: list[str], inputs: list[str] = TWO) -> dict[str, object]:
     plain = {name: OmegaConf.to_container(load("effects", name))[name] for name in effects}
     return {"_target_": "zoo.models.graybox.GrayBox", "effects": plain, "inputs": inputs}

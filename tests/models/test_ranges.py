@@ -11,6 +11,7 @@ from zoo.errors import InputError
 from zoo.measurements.run import Run
 from zoo.models.base import Model
 from zoo.models.features import Features
+from zoo.models.graybox import GrayBox
 from zoo.models.hybrid import Hybrid
 from zoo.models.ranges import ROOM, Watched, fitted_ranges, outside, unknown_ranges
 
@@ -41,8 +42,10 @@ def test_rates_and_lags_have_ranges_in_a_network_by_itself_and_beside_effects() 
     alone = fitted_ranges(network, [ramp])
     assert alone["temperature_rate"] == pytest.approx((0.0, 3.0), abs=1e-3)
     assert alone["temperature_lag600"] == pytest.approx((20.0, 20 + 60 - 0.05 * 600 * (1 - math.exp(-2))), abs=0.1)
-    together = fitted_ranges(Hybrid(network, {"mohr": build("effects", "mohr")}, ["time_s", "temperature_c"]), [ramp])
-    assert together == alone
+    together = fitted_ranges(Hybrid(network, {"mohr": build("effects", "mohr")}, ["time_s", "temperature_c", "reference_dph"]), [ramp])
+    assert together == alone | {"reference_dph": (9.66, 9.66)}
+    by_itself = fitted_ranges(GrayBox({"mohr": build("effects", "mohr")}, ["time_s", "temperature_c", "reference_dph"]), [ramp])
+    assert by_itself["temperature_rate"] == alone["temperature_rate"], "it goes by the rate as well, at whichever of its places"
     assert [*fitted_ranges(build("model", "bp", features=["temperature"]), [ramp])] == ["temperature_c"]
 
 

@@ -74,9 +74,13 @@ def test_the_same_command_ends_where_it_would_have(tmp_path, more) -> None:
     assert not list((tmp_path / "killed").glob(".*.part"))
 
 
-def test_an_end_at_a_time_limit_is_told_and_leaves_a_checkpoint(tmp_path) -> None:
+STEADY = ["optimizer=levenberg_marquardt", "optimizer.settled=0", "seeds=20", "model.hidden=12"]
+
+
+@pytest.mark.parametrize("more", [[], STEADY], ids=["adam", "levenberg_marquardt"])
+def test_an_end_at_a_time_limit_is_told_and_leaves_a_checkpoint(tmp_path, more) -> None:
     recording, out = record(tmp_path), tmp_path / "out"
-    process = begin(out, recording, ["epochs=100000"])
+    process = begin(out, recording, ["epochs=100000", *more])
     end_after_a_checkpoint(process, out, signal.SIGTERM)
     _, errors = process.communicate(timeout=60)
     assert process.returncode == 1

@@ -34,7 +34,7 @@ def print_doubts(model: Model, runs: Sequence[Run], metrics: Mapping[str, Any], 
         unused: settings that were given and that nothing has read.
     """
     ends = "ends by itself" if metrics["epochs"] is None else "goes by optimizer.steps"
-    why = {"init": "needs no start", "epochs": ends}
+    why = {"init": "needs no start", "epochs": ends, "goal": ends}
     idle = (f"{key} was of no use: optimizer={metrics['optimizer']} {why[key]}" for key in unused)
     for told in (
         *idle,

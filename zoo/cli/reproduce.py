@@ -8,6 +8,7 @@ from collections.abc import Mapping, Sequence
 from functools import partial
 from pathlib import Path
 from tempfile import TemporaryDirectory
+from types import ModuleType
 from typing import Any, cast
 
 import pandas as pd
@@ -37,6 +38,8 @@ from zoo.scoring.stages import rms
 TABLE, TEXT, FIGURES, METHODS = "table.csv", "table.md", "figures", "methods"
 OtherData = Mapping[str, tuple[Sequence[Run], Sequence[Run]]]
 """Runs to fit and runs to check on, by name: what every method is fitted to besides the paper's runs."""
+OF_A_METHOD = ("model", "optimizer", "init")
+"""Config groups that say what a method is."""
 Task = tuple[DictConfig, Sequence[Run], Sequence[Run], Mapping[str, Any]]
 """Settings of a training, the runs to fit and to check on, and what was chosen of every config group."""
 
@@ -60,13 +63,13 @@ def run(config: DictConfig, out: Path) -> Path:
     runs, checks = read_data(config)
     others: OtherData = create(config.others) if "others" in config else {}
     floors = _floors(config, [*runs, *checks])
+    settings = {str(name): _composed(config, list(own)) for name, own in config.methods.items()}
+    _check_complete(paper, list(settings), runs, checks, others, floors)
     predicted: dict[str, dict[int, list[Tensor]]] = {}
-    settings: dict[str, DictConfig] = {}
-    for place, (name, own) in enumerate(config.methods.items(), 1):
-        console.print(f"{place}/{len(config.methods)} {name}", highlight=False)
-        folder = writable_folder(out / METHODS / re.sub(r"\W+", "_", str(name)).lower())
-        settings[str(name)] = _composed(config, list(own))
-        predicted[str(name)] = _predicted(settings[str(name)], runs, checks, folder)
+    for place, (name, own) in enumerate(settings.items(), 1):
+        console.print(f"{place}/{len(settings)} {name}", highlight=False)
+        folder = writable_folder(out / METHODS / re.sub(r"\W+", "_", name).lower())
+        predicted[name] = _predicted(own, runs, checks, folder)
     elsewhere = _predicted_elsewhere(settings, others)
     apart = {data: Study.of([*fit, *check], len(fit), elsewhere[data]) for data, (fit, check) in others.items()}
     study = Study.of([*runs, *checks], len(runs), seed_by_seed(predicted), apart)
@@ -77,10 +80,40 @@ def run(config: DictConfig, out: Path) -> Path:
 
 
 def _composed(config: DictConfig, own: list[str]) -> DictConfig:
-    """The settings of one method, as `fogzoo train` would have them: the experiment's, the user's, the method's own."""
-    given = [one for one in typed() if not one.startswith((f"{GROUP}=", "methods", "+methods"))]
+    """The settings of one method, as `fogzoo train` would have them: the experiment's, the user's, the method's own.
+
+    Raises:
+        InputError: something was typed that makes another method of it.
+    """
+    given = [one for one in typed() if not one.lstrip("+~").startswith((f"{GROUP}=", "methods"))]
+    other = next((one for one in given if one.partition("=")[0] in OF_A_METHOD), None)
+    if other:
+        raise InputError(f"{other}: every method of a paper has its own; to try another beside them: '+methods.mine=[{other}]'")
     paper = HydraConfig.get().runtime.choices[GROUP]
     return composed("train", [f"{GROUP}={paper}", f"seeds={config.seeds}", *given, *own], with_hydra=True)
+
+
+def _check_complete(
+    paper: ModuleType, methods: list[str], runs: Sequence[Run], checks: Sequence[Run], others: OtherData, floors: list[float]
+) -> None:
+    """Try what will be said at the end, with half of each error for a prediction, before hours are spent.
+
+    Raises:
+        InputError: a method or a run is missing.
+    """
+
+    def tried(fit: Sequence[Run], check: Sequence[Run], apart: Mapping[str, Study]) -> Study:
+        half = [0.5 * one.block_mean(one.error).unsqueeze(0) for one in (*fit, *check)]
+        return Study.of([*fit, *check], len(fit), dict.fromkeys(methods, half), apart)
+
+    study = tried(runs, checks, {data: tried(*each, {}) for data, each in others.items()})
+    try:
+        paper.rows(study)
+        paper.claims(study, floors)
+    except LookupError as error:
+        told = f"the method {error}" if isinstance(error, KeyError) else "a run"
+        kept = "leave its methods, data.files and data.check_files as they are"
+        raise InputError(f"{told} is missing, which the paper's tables compare; {kept}") from error
 
 
 def _predicted(config: DictConfig, runs: Sequence[Run], checks: Sequence[Run], folder: Path) -> dict[int, list[Tensor]]:

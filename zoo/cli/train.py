@@ -69,7 +69,7 @@ def trained(config: DictConfig, runs: Sequence[Run], check_runs: Sequence[Run], 
     _draw(out, model, [*runs, *check_runs])
     write_json(out / METRICS, {"schema_version": 1} | metrics)
     print_notes([*runs, *check_runs])
-    print_doubts(model, runs, metrics, unused=[key for key in ("init", "epochs") if is_typed(key)] if metrics["init"] is None else [])
+    print_doubts(model, runs, metrics, unused=[key for key in ("init", "epochs", "goal") if is_typed(key)] if metrics["init"] is None else [])
     _print(metrics)  # last: who reads it may have gone
     return metrics
 
@@ -96,7 +96,7 @@ def fitted(
         seed=config.seed,
         seeds=config.seeds,
         device=config.torch_device,
-        resume=_checkpoint(config.resume) or _unfinished(out, settings),
+        resume=_unfinished(out, settings) or _checkpoint(config.resume),
         out=out,
         labels=labels,
         hyperparameters=dict(_scalars(model_config, "model")) | dict(_scalars(plain(config.optimizer), "optimizer")),
@@ -156,7 +156,7 @@ def _checkpoint(resume: str | None) -> Path | None:
 
 def _settings(config: DictConfig) -> str:
     """All that decides where a training leads, as text: a checkpoint tells by it whether it belongs to this command and these measurements."""
-    return made_from(config, but=("hydra", "resume", "epochs", "torch_device", "objective"))
+    return made_from(config, but=("hydra", "epochs", "torch_device", "objective"))
 
 
 def _unfinished(out: Path, settings: str) -> Path | None:

@@ -106,13 +106,16 @@ def one_feature(time: Tensor, value: Tensor, seconds: float, is_rate: bool) -> T
 def remembering(model: Model) -> Features | None:
     """The rates and lags of a model's `inputs` among the features that it, or the networks in it, are made of; None where there are none.
 
-    Rates that are smoothed in another way than the first are left out, and so is what a class of a user's own makes in its own way.
+    A grey box goes by the rates of its thermometers, at whichever of its places. Rates that are smoothed in another way than the first are left out, and so is what a class of a user's own makes in its own way.
     """
     found: dict[str, tuple[str, float]] = {}
     for part in model.modules():
         if isinstance(part, Features) and type(part).forward is Features.forward:
             made = zip(part.names, part.column, part.kind, part.time_constant_s, strict=True)
             found = {name: (kind, seconds) for name, at, kind, seconds in made if kind != "column" and part.inputs[at] in model.inputs} | found
+    for part in model.modules():
+        rates = [f"{name.removesuffix('_c')}{RATE}" for name in getattr(part, "thermometers", ()) if name in model.inputs]
+        found |= {name: ("rate", next((own for kind, own in found.values() if kind == "rate"), SMOOTHING_S)) for name in rates if name not in found}
     smoothing = next((seconds for kind, seconds in found.values() if kind == "rate"), SMOOTHING_S)
     names = [name for name, (kind, seconds) in found.items() if kind == "lag" or seconds == smoothing]
     return Features(names, smoothing) if names else None

@@ -12,11 +12,26 @@ from zoo.effects.base import Effect, History, Parameter
 from zoo.effects.bounds import to_physical, to_unit
 from zoo.effects.sum import Sum
 from zoo.errors import InputError
+from zoo.given import check_switch
 from zoo.models.base import Model
 from zoo.models.places import coil_parameters, histories, housing_last, in_words
 
 UNSEEN = -1
 """Number of a run that was not fitted: what happened once in a fitted run does not happen in it."""
+
+
+def check_inputs(inputs: object) -> None:
+    """Refuse raw columns that are not told apart by their places: the time first, then a thermometer, the true input last.
+
+    Raises:
+        InputError: they are none, or in another order.
+    """
+    names = [str(name) for name in inputs] if isinstance(inputs, list | tuple) else []
+    ordered = len(names) > 2 and names[0] == "time_s" and names[1].startswith("temperature_") and names[-1].startswith("reference_")
+    if not ordered or len({*names}) < len(names):
+        told = f"[{', '.join(names)}]" if names else inputs
+        needed = "time_s, temperature_c, further columns and last reference_UNIT, each once"
+        raise InputError(f"model.inputs={told}: needed are {needed}; or null, for all")
 
 
 class GrayBox(Model):
@@ -36,9 +51,11 @@ class GrayBox(Model):
             in_motion: whether records start while the temperature moves, so that the coil's first temperature has to be fitted.
 
         Raises:
-            InputError: an effect needs a column that is not there.
+            InputError: an effect needs a column that is not there, or the columns are not given in this order.
         """
         super().__init__()
+        check_switch("model.in_motion", in_motion)
+        check_inputs(inputs)
         self.inputs = list(inputs)
         self.in_motion = in_motion
         self.thermometers = housing_last([name for name in inputs if name.startswith("temperature_")])

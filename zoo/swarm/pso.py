@@ -43,6 +43,8 @@ class Settings:
         """Refuse what makes no swarm."""
         within(self, "steps", 1)
         within(self, "velocity", 1e-6, 1)
+        for name in ("inertia_start", "inertia_end", "pull_own", "pull_leader", "constriction"):
+            within(self, name, 0)
 
 
 class PSOState(NamedTuple):

@@ -16,7 +16,7 @@ from zoo.fitting.design import Design
 from zoo.fitting.noise import blocks_of, noise_of
 from zoo.fitting.parameters import parameters_of
 from zoo.fitting.variable_projection import Fit, fit
-from zoo.given import check_number
+from zoo.given import check_number, check_switch
 from zoo.measurements.run import Run
 from zoo.models.base import FeatureModel, Model
 from zoo.models.graybox import GrayBox
@@ -58,6 +58,7 @@ class Alternating:
         """
         for name, value in (("rounds", rounds), ("steps", steps), ("first_steps", first_steps)):
             check_number(f"optimizer.{name}", value, 1, whole=True)
+        check_switch("optimizer.draw", draw)
         self.rounds, self.steps, self.first_steps, self.draw = rounds, steps, first_steps, draw
         self.solution: Solution | None = None
 

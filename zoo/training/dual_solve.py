@@ -100,6 +100,9 @@ class DualSolve:
                 advance()
 
             thinned = None if folds is None else folds[::every].to(points.device)
+            if thinned is not None and len(thinned.unique()) < 2:
+                few = f"of {len(points)} samples the {len(thinned)} that are tuned on are of one run"
+                raise InputError(f"optimizer.folds={self.folds}: {few}; raise optimizer.tuned_on")
             return search(points[::every], target[::every], thinned, count), tried
 
     def physical(self, unit: str) -> dict[str, Any]:

@@ -7,6 +7,8 @@ from typing import NamedTuple
 import torch
 from torch import Generator, Tensor
 
+from zoo.errors import WorkError
+
 SMALLEST = 1e-300
 VALUES_AT_ONCE = 4_000_000
 """Memberships in a batch of starts: more of them only take memory."""
@@ -122,8 +124,14 @@ def _moments(powers: Tensor, weight: Tensor, size: int) -> tuple[Tensor, Tensor]
 
 
 def _shapes(covariance: Tensor) -> Tensor:
-    """(..., D, D) A = det(F)^{1/D}·F⁻¹."""
-    factor = torch.linalg.cholesky(covariance)
+    """(..., D, D) A = det(F)^{1/D}·F⁻¹.
+
+    Raises:
+        WorkError: a cluster has no extent in some direction.
+    """
+    factor, failed = torch.linalg.cholesky_ex(covariance)
+    if bool(failed.any()):
+        raise WorkError("a cluster has shrunk to a line or a point; take a larger regularisation, or fewer rules")
     root = factor.diagonal(dim1=-2, dim2=-1).log().mean(dim=-1).exp().square()
     return root[..., None, None] * torch.cholesky_inverse(factor)
 

@@ -26,6 +26,7 @@ from zoo.training.problem import Problem
 from zoo.training.progress import TrainingProgress
 from zoo.training.resume import check_resumable
 from zoo.training.schedule import POINTS, Schedule
+from zoo.training.stopping import STOPPED
 from zoo.training.weights import weight_vector
 
 PASSES_PER_EPOCH = 50
@@ -111,7 +112,7 @@ def _interruptible() -> Iterator[None]:
     try:
         yield
     except SIGTERMException as stop:
-        raise Stopped("stopped by the system (SIGTERM), as at a time limit; the same command in the same folder goes on from there") from stop
+        raise Stopped(STOPPED) from stop
     except SystemExit as stop:
         if not isinstance(stop.__context__, KeyboardInterrupt):
             raise

@@ -54,7 +54,7 @@ def stepwise_state(path: Path, stepper: str, shape: tuple[int, int], steps: int,
     if tuple(state["weights"].shape) != shape:
         raise InputError(f"resume={path}: holds another model or another number of seeds; repeat that training's settings")
     if done >= steps:
-        raise InputError(f"resume={path}: has done {done} steps already, of {steps}; raise epochs")
+        raise InputError(f"resume={path}: has done {done} steps already, of {steps}; raise epochs, or train in another folder")
     if lowered(checkpoint, goal):
         state["settled"] = torch.zeros_like(state["settled"])
     return done, int(checkpoint.get(EVALUATIONS, 0)), state
@@ -98,5 +98,5 @@ def check_resumable(path: Path, module: Training, steps: int) -> int:
     if checkpoint.get("hyper_parameters", {}).get("samples", 1) != module.samples:
         raise InputError(f"resume={path}: saw other samples of the blocks, from other files or in an older fogzoo; leave resume out")
     if done >= steps:
-        raise InputError(f"resume={path}: has done {done} steps already, of {steps}; raise epochs")
+        raise InputError(f"resume={path}: has done {done} steps already, of {steps}; raise epochs, or train in another folder")
     return int(done)

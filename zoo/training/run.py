@@ -94,7 +94,8 @@ def train(
         batch_size: blocks a step; None for all at once.
         seed: of all chance here.
         seeds: E trainings with the seeds `seed` … `seed` + E − 1, as one batch where the optimizer works element by element, else one after another
-            (L-BFGS searches along a line that all weights share). Each ends as it would alone.
+            (L-BFGS searches along a line that all weights share). Each ends as it would alone: by Levenberg–Marquardt but for rounding, which its
+            nearly singular equations may amplify, and under Adam only where none has waited for others at a goal that was lowered since.
         device: ``"cpu"`` or ``"cuda"``.
         resume: checkpoint of an earlier call with the same model, to go on from.
         labels: what the user calls model, init and optimizer; first in the metrics and among TensorBoard's hyperparameters.

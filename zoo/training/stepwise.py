@@ -22,6 +22,7 @@ from zoo.training.module import Training
 from zoo.training.problem import Problem
 from zoo.training.resume import STATE, stepwise_state
 from zoo.training.schedule import POINTS, Schedule
+from zoo.training.stopping import stoppable
 from zoo.training.weights import set_weights
 
 SAME = 1e-6
@@ -107,7 +108,7 @@ def fit_stepwise(
 
 def _stepped(problem: Problem, method: Stepwise, state: Any, steps: range, goal: float | None, module: Training, out: Path, log: Log) -> Any:
     every, last_s = max(len(steps) // POINTS, 1), time.monotonic()
-    with progress("training", len(steps)) as advance:
+    with stoppable(), progress("training", len(steps)) as advance:
         for count in steps:
             if bool(state.settled.all()):
                 break

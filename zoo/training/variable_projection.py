@@ -14,6 +14,7 @@ from zoo.fitting.noise import blocks_of, noise_of
 from zoo.fitting.parameters import parameters_of
 from zoo.fitting.several_starts import fit_from
 from zoo.fitting.variable_projection import Fit
+from zoo.given import check_number
 from zoo.measurements.run import Run
 from zoo.models.base import Model
 from zoo.models.graybox import GrayBox
@@ -32,6 +33,7 @@ class VariableProjection:
         Args:
             iterations: most Gauss–Newton steps.
         """
+        check_number("optimizer.iterations", iterations, 1, whole=True)
         self.iterations = iterations
         self.solution: tuple[GrayBox, Fit] | None = None
 
