@@ -296,9 +296,9 @@ def test_a_run_is_read_once_and_no_fitted_one_checks(told, tmp_path) -> None:
 def test_a_recording_under_two_names_is_told(tmp_path, capsys, check) -> None:
     paths = [written(tmp_path / f"{name}.csv", table()) for name in ("a", "copy")]
     files = [f"data.files=[{paths[0]}]", f"data.check_files=[{paths[1]}]"] if check else [f"data.files=[{paths[0]},{paths[1]}]"]
-    for told in (True, False):
-        assert run("train", ["model=polynomial", *files, f"hydra.run.dir={tmp_path / 'out'}"]) == 0
-        assert ("copy: the same recording as a; leave one of them out" in capsys.readouterr().err) is told
+    for copied in (True, False):
+        assert run("train", ["model=polynomial", *files, f"hydra.run.dir={tmp_path / 'out'}"]) == 2 * copied
+        assert ("copy: the same recording as a; leave one of them out" in capsys.readouterr().err) is copied
         for path, sign in zip(paths, (1, -1), strict=True):  # of a gyro without noise, at another supply
             written(path, table().assign(supply_v=5.0 + sign * table()["rate_dph"]))
 

@@ -52,6 +52,31 @@ def test_a_polynomial_is_solved_without_being_told_how(recordings, tmp_path, cap
     assert {"last.ckpt", "model.yaml", "weights.pt", "prediction.png", "tensorboard", ".hydra"} <= {path.name for path in tmp_path.iterdir()}
 
 
+def test_samples_that_a_recorder_spoilt_are_told_and_judge_nobody(recordings, tmp_path, capsys) -> None:
+    """Neither in a run that is fitted nor in one that is checked on, of a training, a comparison and a refinement."""
+    for name in ("a", "b", "check"):
+        lines = (recordings / f"{name}.csv").read_text().splitlines()
+        for row in range(100, 700, 100):
+            lines[row] = ",".join([*lines[row].split(",")[:2], "80" if row % 200 else "-80"])
+        (tmp_path / f"{name}.csv").write_text("\n".join(lines) + "\n")
+    found = {}
+    for name, folder in (("clean", recordings), ("spoilt", tmp_path)):
+        assert train(folder, tmp_path / name, "model=polynomial", "model.order=3") == 0
+        found[name] = json.loads((tmp_path / name / "metrics.json").read_text())
+    told = " ".join(capsys.readouterr().err.split())
+    assert "check: 6 sample(s) far off their neighbours left out" in told
+    for key in ("rms", "rms_check"):
+        assert found["spoilt"][key] == pytest.approx(found["clean"][key], rel=0.05)
+    files = [f"data.files=[{tmp_path / 'check.csv'}]", f"hydra.run.dir={tmp_path / 'compared'}"]
+    assert run("compare", [f"runs=[{tmp_path / 'clean'}]", *files]) == 0
+    document = json.loads((tmp_path / "compared" / "comparison.json").read_text())
+    whole = next(row for row in document["rows"] if row["stage"] == "whole")
+    assert whole["polynomial"] == pytest.approx(found["clean"]["rms_check"], rel=0.05)
+    both = [f"data.files=[{tmp_path / 'a.csv'},{tmp_path / 'b.csv'}]", f"data.check_files=[{tmp_path / 'check.csv'}]", "data.average_s=100"]
+    assert run("refine", ["add=[]", *both, f"hydra.run.dir={tmp_path / 'refined'}"]) == 0
+    assert json.loads((tmp_path / "refined" / "refinement.json").read_text())["ladder"][0]["rms_check"] < 1.0
+
+
 def test_seeds_decide_and_a_network_beats_the_line(recordings, tmp_path) -> None:
     results = {}
     for name, seed in (("one", 1), ("again", 1), ("two", 2)):

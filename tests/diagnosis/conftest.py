@@ -15,7 +15,7 @@ from zoo.effects.base import Effect
 from zoo.measurements.run import Run
 from zoo.simulator.gyros.presets import gyro_class
 from zoo.simulator.in_process import as_run
-from zoo.simulator.laboratory.profiles import campaign, tour
+from zoo.simulator.laboratory.profiles import Campaign, campaign, tour
 from zoo.simulator.simulate import Simulation, simulate
 
 Made = TypeVar("Made")
@@ -49,11 +49,11 @@ def once(make: Callable[..., Made]) -> Callable[..., Made]:
 
 
 @once
-def simulated(hidden: str = "", seed: int = 1, noises: float = 3.5, runs: int = 2, **settings: Any) -> Simulation:
+def simulated(hidden: str = "", seed: int = 1, noises: float = 3.5, runs: int = 2, program: Campaign = PROGRAM, **settings: Any) -> Simulation:
     """A gyro with the three effects that every gyro has, and perhaps more, `a+b`, each of an RMS of `noises` times the white noise of a block."""
     more = {"hidden": hidden.split("+"), "amplitude": noises * WHITE_DPH} if hidden else {}
     present = {name: CATALOGUE[name] for name in BASE}
-    return simulate(QUIET, PROGRAM, present, catalogue=CATALOGUE, runs=runs, seed=seed, sample_s=20.0, **more, **settings)
+    return simulate(QUIET, program, present, catalogue=CATALOGUE, runs=runs, seed=seed, sample_s=20.0, **more, **settings)
 
 
 @once

@@ -13,7 +13,7 @@ from torch import Generator
 from zoo.catalog import build
 from zoo.diagnosis.curve import fitted
 from zoo.diagnosis.description import describe
-from zoo.diagnosis.diagnose import open_bench
+from zoo.diagnosis.diagnose import diagnose, open_bench
 from zoo.diagnosis.form_search import FormBench
 from zoo.diagnosis.form_words import shape_of
 from zoo.diagnosis.free_functions import functions_of, weigh
@@ -23,7 +23,8 @@ from zoo.effects.bounds import to_physical
 from zoo.effects.checks import check_effect
 from zoo.models.graybox import GrayBox
 from zoo.physics.lag import lagged
-from zoo.report.unknown_stub import write_stub
+from zoo.report.unknown_stub import stub_of, write_stub
+from zoo.report.verdict import verdict_of
 from zoo.simulator.in_process import as_run
 
 BASE = ("static_bias", "shupe", "mohr")
@@ -128,6 +129,20 @@ def test_the_class_that_is_written_makes_the_model_complete(described, all_with_
     assert record["ladder"][-1]["rms_check"] < 1.1 * record["noise_floor_check"]
     assert record["ladder"][0]["rms_check"] > 3 * record["ladder"][-1]["rms_check"]
     assert record["verdict"] == "complete"
+
+
+def test_what_helps_may_hide_what_nothing_explains(all_with_planted, catalogue, white, tmp_path) -> None:
+    """A fringe in the temperature five times as large: beside it, what the model leaves goes with nothing; with it added, with the rate."""
+    runs = [replace(run, error=run.error + 50 * white * torch.cos(2 * torch.pi * run.temperature / 17)) for run in all_with_planted("square")[:-1]]
+    record = diagnose(runs, list(BASE), catalogue).record
+    assert (record["verdict"], record["missing"][0]) == ("unknown", "polarization")
+    assert record["unexplained_form"]["effects"] == [*BASE, "polarization"]
+    assert "the size of the temperature rate" in record["unexplained"][0]["depends_on"]
+    said = verdict_of(record)
+    assert any("What the model leaves with polarization added: it " in sentence for sentence in said.sentences)
+    stub = stub_of(record)
+    assert stub is not None
+    assert "'add=[polarization,unexplained]'" in stub.commands(tmp_path)[-1]
 
 
 def test_an_exponent_is_found_with_its_error(described) -> None:

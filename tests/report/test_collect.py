@@ -28,7 +28,8 @@ def recorded(name: str, blocks: int) -> Run:
 def model() -> GrayBox:
     """With an effect that has values for each fitted run, and predicts nothing for any other."""
     return GrayBox(
-        {"static_bias": build("effects", "static_bias"), "chamber_cycling": build("effects", "chamber_cycling")}, ["time_s", "temperature_c"]
+        {"static_bias": build("effects", "static_bias"), "chamber_cycling": build("effects", "chamber_cycling")},
+        ["time_s", "temperature_c", "reference_dph"],
     )
 
 

@@ -16,6 +16,7 @@ from rich.text import Text
 from zoo.catalog import create, load
 from zoo.cli.command_line import plain, searchpath
 from zoo.cli.effects import catalogue, chosen, named
+from zoo.diagnosis.preparation import without_spikes
 from zoo.errors import InputError
 from zoo.measurements.files import find_files
 from zoo.measurements.points import Points
@@ -27,8 +28,9 @@ from zoo.models.features import Features
 def read_data(config: DictConfig) -> tuple[list[Run], list[Run]]:
     """The runs to fit and the runs only to check on, from `config.data`.
 
-    The block length found for the fitted runs is used for the others as well. `data.holdout` keeps pieces of every run for checking, `data.points`
-    single blocks. A column that the runs to check on lack is left out of the others, where nothing that is asked for needs it.
+    The block length found for the fitted runs is used for the others as well. Samples and blocks far off their neighbours are left out of all.
+    `data.holdout` keeps pieces of every run for checking, `data.points` single blocks. A column that the runs to check on lack is left out of the
+    others, where nothing that is asked for needs it.
 
     Raises:
         InputError: the settings or files are wrong.
@@ -46,7 +48,7 @@ def read_data(config: DictConfig) -> tuple[list[Run], list[Run]]:
         raise InputError(f"data.holdout={holdout}: 0 is possible, or a share of each run from {low} to {high}, taken to whole tenths")
     if holdout > 0 and not points.all:
         raise InputError("data.holdout and data.points: both say what is fitted; one of them is possible")
-    whole = _copies_told(create(data))
+    whole = _distinct(create(data))
     runs, checks = points.drawn(points.meeting(whole))
     if holdout > 0:
         runs, checks = _held_out(runs, float(holdout))
@@ -54,13 +56,20 @@ def read_data(config: DictConfig) -> tuple[list[Run], list[Run]]:
         _check_unseen(check_files, data.files)
         average_s = data.average_s if data.average_s is None else runs[0].average_s
         listed = [check_files] if isinstance(check_files, str) else list(check_files)
-        found = _copies_told(create(data, files=listed, average_s=average_s), whole)
+        found = _distinct(create(data, files=listed, average_s=average_s), whole)
         if data.get("reference") is None:
             _check_references(runs[0], found[0])
         spare = _spare(config, runs[0], found)
         runs, checks = ([_without(run, spare) for run in part] for part in (runs, checks))
         checks += points.meeting(found)
-    return runs, checks
+    if simulated is not None or not points.all:  # no recorder has failed; single points have no neighbours
+        return runs, checks
+    return runs if "candidates" in config else _clean(runs), _clean(checks)  # the search does so itself
+
+
+def _clean(runs: list[Run]) -> list[Run]:
+    """The runs without samples far off their neighbours, each noted: a few would be all that an RMS is made of."""
+    return without_spikes(runs) if runs else []
 
 
 def _held_out(runs: Sequence[Run], share: float) -> tuple[list[Run], list[Run]]:
@@ -106,18 +115,21 @@ def _check_unseen(check_files: Any, files: Any) -> None:
         raise InputError(f"data.check_files: {twin} is in data.files too; a run that was fitted checks nothing")
 
 
-def _copies_told(runs: Sequence[Run], before: Sequence[Run] = ()) -> list[Run]:
-    """The runs, with a note on those that are another one of them, or one of those read before, under another name: what they say counts twice."""
+def _distinct(runs: list[Run], before: Sequence[Run] = ()) -> list[Run]:
+    """The runs, none of which is another one of them, or one of those read before, under another name: what it says would count twice.
+
+    Raises:
+        InputError: one is.
+    """
     seen: dict[tuple[float, ...], list[Run]] = {}
-    told = []
     for run in (*before, *runs):
         alike = seen.setdefault((run.rows, *(float(column[place]) for column in (run.time, run.error) for place in (0, -1))), [])
         same = (one for one in alike if one.columns == run.columns and torch.equal(one.table, run.table) and torch.equal(one.error, run.error))
         copied = next(same, None)
-        note = () if copied is None else (f"{run.name}: the same recording as {copied.name}; leave one of them out",)
-        told.append(replace(run, notes=(*note, *run.notes)))
+        if copied is not None:
+            raise InputError(f"{run.name}: the same recording as {copied.name}; leave one of them out")
         alike.append(run)
-    return told[len(before) :]
+    return runs
 
 
 def _check_references(fitted: Run, check: Run) -> None:

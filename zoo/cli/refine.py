@@ -58,7 +58,8 @@ def run(config: DictConfig, out: Path) -> Path:
 
     better = next_commands(worth_adding(found.record) or [])
     own = stub_commands(record, out) if found.record["verdict"] != "complete" else []
-    print_ladder(found.record, [*better, *own, compare_command(out, typed_settings())], "" if check_runs else FITTED)
+    commands = [*better, *own, compare_command(out, typed_settings())]
+    print_ladder(found.record, commands, "" if check_runs else FITTED, diagnosis=record if wanted is None else None)
     if stub:
         print(stub_line(stub))
     print(f"report: {out / 'report.html'}")

@@ -76,6 +76,7 @@ def run(config: DictConfig, out: Path) -> Path:
     rows, claims = paper.rows(study), paper.claims(study, floors)
     _write(study, rows, claims, config, out)
     _print(claims, console)
+    print(f"tables beside the paper's: {out / TEXT}\nfigures: {out / FIGURES}")
     return out / TABLE
 
 

@@ -12,11 +12,11 @@ from zoo.diagnosis.curve import fitted
 from zoo.diagnosis.form_search import FormBench, Tried
 from zoo.diagnosis.form_words import sentence, shape_of
 from zoo.diagnosis.forms import POLYNOMIALS, wave
-from zoo.diagnosis.free_functions import TOGETHER, FreeFunction, functions_of, weigh
+from zoo.diagnosis.free_functions import SIGNIFICANT, TOGETHER, FreeFunction, functions_of, weigh
 from zoo.diagnosis.quantities import CLOCK, RATE, SIZE
 from zoo.diagnosis.restless import restless
 from zoo.diagnosis.solved import Solved
-from zoo.diagnosis.structure import MATERIAL, SIGNIFICANT, leaves_noise
+from zoo.diagnosis.structure import MATERIAL, leaves_noise
 from zoo.diagnosis.workbench import Workbench
 from zoo.effects.base import Parameter
 from zoo.units import SECONDS_PER_HOUR

@@ -169,9 +169,22 @@ def diagnose(runs: list[Run], effects: list[str], catalogue: dict[str, Effect], 
     }
     if verdict == "unknown":
         progress("describing what nothing explains")
-        record |= describe(bench, base).record()
+        record |= _description(bench, found)
     proposal = _experiment(bench, found, record, progress)
     return Diagnosis(record | {"next_experiment": proposal.record() if proposal else None}, bench, found, structure)
+
+
+def _description(bench: Workbench, found: Search) -> dict[str, Any]:
+    """What the model leaves; where nothing smooth is seen in that, what it leaves with one effect more that helps, which may have hidden it."""
+    first: dict[str, Any] = {}
+    for solved in (found.base, *found.path):
+        told = describe(bench, solved)
+        first = first or told.record()
+        if told.best is not None:
+            return told.record()
+        if solved is found.final:
+            break
+    return first
 
 
 def _unequal(floors: dict[str, float]) -> list[str]:

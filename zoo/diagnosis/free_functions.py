@@ -17,6 +17,8 @@ from zoo.fitting.variable_projection import Fit
 from zoo.side_by_side import side_by_side
 
 ORDER, JOINT_DEGREE = 6, 4
+SIGNIFICANT = 5.0
+"""Log Bayes factor of a free function over none."""
 BY_CHANCE = 2.0
 """Standard deviations of χ² that columns may gain without a look at whether another noise would suit them better."""
 TOGETHER = "the coil's temperature and its rate together"
@@ -171,6 +173,13 @@ def anywhere(bench: Workbench, solved: Solved) -> dict[str, Freed]:
     coils = side_by_side(at, [None, *(coil.theta for coil in solved.elsewhere.some)])
     every = list(dict.fromkeys(words for _, found in coils for words in found))
     return dict(zip(every, side_by_side(best, every), strict=True))
+
+
+def freed_of(bench: Workbench, solved: Solved) -> dict[str, Freed]:
+    """What a free function of each quantity is worth beside a model, see `anywhere`; reckoned once."""
+    if not solved.freed:
+        solved.freed.update(anywhere(bench, solved))
+    return solved.freed
 
 
 def worth(bench: Workbench, solved: Solved, free: Tensor, there: Fit | None = None) -> Freed:

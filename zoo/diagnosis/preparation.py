@@ -16,7 +16,7 @@ from zoo.units import own_time
 
 CONSTANT_K = 0.5
 SMALLEST_SWING_K = 5.0
-FEWEST_BLOCKS = 60
+FEWEST_BLOCKS, MOST_BLOCKS = 60, 50_000
 SAMPLES = 61
 MANY_SAMPLES = 0.05
 """Share of a run's samples above which what is far off its neighbours is no fault of recording."""
@@ -35,7 +35,7 @@ def check_swing(runs: list[Run], effects: dict[str, Effect]) -> None:
     """Refuse runs that cannot determine the effects asked for, where one of them has to do with temperature.
 
     Raises:
-        InputError: constant temperature, too small a swing, too few blocks or rows.
+        InputError: constant temperature, too small a swing, too few blocks or rows, or so many that they do not fit into memory.
     """
     low = min(float(run.block_mean(run.temperature).min()) for run in runs)
     high = max(float(run.block_mean(run.temperature).max()) for run in runs)
@@ -52,6 +52,9 @@ def check_swing(runs: list[Run], effects: dict[str, Effect]) -> None:
             f"at least {SMALLEST_SWING_K:g} K are needed, 60 K or more are usual"
         )
     blocks = sum(run.blocks for run in runs)
+    if blocks > MOST_BLOCKS:
+        many = f"{blocks} block means of {runs[0].average_s:g} s are more than can be weighed (at most {MOST_BLOCKS})"
+        raise InputError(f"{names}: {many}; data.average_s=auto takes longer ones, unless the time is in another unit (data.time_unit=ms)")
     if blocks < FEWEST_BLOCKS:
         rows = int(sum(run.count.sum() for run in runs))
         few = f"{blocks} block means of {runs[0].average_s:g} s are too few to fit (at least {FEWEST_BLOCKS})"

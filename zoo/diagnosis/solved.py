@@ -50,6 +50,7 @@ class Solved:
         near: the mixture to start from in the search for the likeliest.
         prices: what its parameters cost in evidence, by the effects that were not trimmed, as far as it was asked for.
         freed: what free functions are worth beside it, those that were tried, by what they depend on.
+        formed: evidence of the best of their forms with everything refitted, likewise.
     """
 
     names: tuple[str, ...]
@@ -60,6 +61,7 @@ class Solved:
     near: Place = START
     prices: dict[frozenset[str], float] = field(default_factory=dict)
     freed: dict[str, Freed] = field(default_factory=dict)
+    formed: dict[str, float] = field(default_factory=dict)
 
     @cached_property
     def basis(self) -> Tensor:

@@ -9,9 +9,9 @@ from functools import cached_property
 
 import torch
 
-from zoo.diagnosis.free_functions import anywhere, functions_of, weigh
+from zoo.diagnosis.free_functions import SIGNIFICANT, freed_of, functions_of, weigh
 from zoo.diagnosis.moments import kurtosis, prominence, rarity
-from zoo.diagnosis.quantities import CLOCK, by_the_clock, inputs_of
+from zoo.diagnosis.outdone import outdone
 from zoo.diagnosis.solved import Freed, Solved
 from zoo.diagnosis.swings import BAND, BAND_BESIDE, periodograms, swings
 from zoo.diagnosis.switching import TWO_LEVELS, TWO_LEVELS_BESIDE, switching
@@ -25,20 +25,13 @@ SHARE_ALLOWED = 0.04
 """Share of the variance explained by the added effects that their simplified form may leave behind (20 % in amplitude)."""
 LEVEL_ALLOWED_AFTER = 0.25
 """Most excess that a simplified form may leave (12 % in RMS)."""
-SIGNIFICANT = 5.0
-"""Log Bayes factor of a free function over none."""
 MATERIAL = 0.08
 """Share of the noise variance that a free function must explain to matter."""
 SLIGHT, CLEAR = 0.03, 1.5
 """Share from which it matters as well, where the evidence is so many times what is needed. Of 86 simulated gyros with nothing hidden none has more
 than .6 times that, of 29 of their runs taken alone one .9 times, with a share below .05."""
-BELIEVED = 0.1
-"""Share that is believed of a log Bayes factor between a free function and a named effect of the same quantity."""
 KURTOSIS = 4.0
 """Standard deviations of the excess kurtosis of normal numbers that chance may give the steps of a walk."""
-OUTDONE, SEVERAL_OUTDONE = 1.07, 0.9
-"""Evidence of a free function over that of a named effect above which that is not what it is; over that of several together, which have no reason to
-add up to a function of one quantity."""
 WANDERS = 0.25
 """Share of what a line explains that a phase which wanders may leave around it."""
 LINE = 10.0
@@ -212,7 +205,7 @@ class _Test:
         return max((min(one.evidence / SIGNIFICANT, one.explains * (1.0 + self.excess) / allowed) for one in self.tried), default=0.0)
 
     def _outdone(self) -> float:
-        return _outdone(self.bench, self.final, self.base)
+        return outdone(self.bench, self.final, self.base)
 
 
 def _lines(bench: Workbench, final: Solved, base: Solved) -> tuple[float, ...]:
@@ -241,36 +234,13 @@ def _jumps(bench: Workbench, final: Solved, alone: bool, forgiven: float) -> flo
     return max(walk, bursts)
 
 
-def _outdone(bench: Workbench, final: Solved, base: Solved) -> float:
-    """How far the best free function is ahead of the added effects, with what is allowed: 1 where it is just that; 0 where none were added.
-
-    One of a column or of the true input does not count against an effect that goes with it: it is that effect, of any form. Nor does one of time of a
-    low order against an effect of time alone, for a straight line is a form of ageing. Of several effects, one alone may stand for it, or all of them
-    where they are of time alone, for then so is their sum.
-    """
-    if final.names == base.names:
-        return 0.0
-    added = [name for name in final.names if name not in base.names]
-    own = {words for name in added for words in inputs_of(bench.effects[name])}
-    known = [bench.known((*base.names, name)) for name in added]
-    alone = max((OUTDONE * bench.evidence(base, one) for one in known if one is not None), default=0.0)
-    of_time = [by_the_clock(bench.effects[name]) for name in added]
-    together = OUTDONE if all(of_time) else SEVERAL_OUTDONE
-    allowed = max(0.0, alone, together * bench.evidence(base, final))  # what the runs speak against leaves as much as nothing added
-    timed = {CLOCK.words} if any(of_time) else set()
-    others = {words: one for words, one in _freed(bench, base).items() if words not in own}
-    best = max((one.whole if words in timed else one.evidence for words, one in others.items()), default=0.0)
-    ahead = best - SIGNIFICANT - allowed
-    return math.exp(min(BELIEVED * ahead, 5.0))
-
-
 def _bent_to(bench: Workbench, base: Solved) -> float:
     """How far the best free function at another coil and beside another noise is ahead of none, over what is allowed.
 
     A coil that has bent to what is missing, and flicker or a walk that has taken over the rest, leave little of its variance to be explained. So what
     counts as a share is the gain in χ², of as many blocks.
     """
-    freed = _freed(bench, base)
+    freed = freed_of(bench, base)
     needed = SIGNIFICANT + math.log(max(len(freed), 1))
 
     def strain(one: Freed) -> float:
@@ -278,13 +248,6 @@ def _bent_to(bench: Workbench, base: Solved) -> float:
         return max(min(clear, share / MATERIAL), min(clear / CLEAR, share / SLIGHT))
 
     return max(map(strain, freed.values()), default=0.0)
-
-
-def _freed(bench: Workbench, base: Solved) -> dict[str, Freed]:
-    """What a free function of each quantity is worth beside a model, see `anywhere`; reckoned once."""
-    if not base.freed:
-        base.freed.update(anywhere(bench, base))
-    return base.freed
 
 
 def spectral_line(bench: Workbench, final: Solved, lines: tuple[float, ...] = ()) -> Dependence | None:

@@ -34,6 +34,10 @@ def check_model(model: object, tried: bool = True) -> None:
     inputs = getattr(model, "inputs", None)
     if not isinstance(inputs, list | tuple) or [*inputs[:1]] != ["time_s"]:
         raise InputError(f"{own}.inputs is {inputs}; a list of raw columns is needed, time_s first")
+    frozen = [name for name, one in model.named_parameters() if not one.requires_grad]
+    if frozen:
+        told = "would be trained all the same; what is no weight is a buffer (register_buffer)"
+        raise InputError(f"{own}.{frozen[0]} has requires_grad=False, and {told}")
     if not tried:
         return
     model = copy.deepcopy(model).eval()

@@ -106,7 +106,8 @@ def one_feature(time: Tensor, value: Tensor, seconds: float, is_rate: bool) -> T
 def remembering(model: Model) -> Features | None:
     """The rates and lags of a model's `inputs` among the features that it, or the networks in it, are made of; None where there are none.
 
-    A grey box goes by the rates of its thermometers, at whichever of its places. Rates that are smoothed in another way than the first are left out, and so is what a class of a user's own makes in its own way.
+    A grey box goes by the rates of its thermometers, at whichever of its places. Rates that are smoothed in another way
+    than the first are left out, and so is what a class of a user's own makes in its own way.
     """
     found: dict[str, tuple[str, float]] = {}
     for part in model.modules():

@@ -56,7 +56,9 @@ def print_diagnosis(diagnosis: Record, commands: Sequence[str] = (), console: Co
         _print_commands(out, [*commands, *tried], ELSEWHERE if tried else "")
 
 
-def print_ladder(refinement: Record, commands: Sequence[str] = (), remark: str = "", console: Console | None = None) -> None:
+def print_ladder(
+    refinement: Record, commands: Sequence[str] = (), remark: str = "", console: Console | None = None, diagnosis: Record | None = None
+) -> None:
     """Verdict, and the RMS with each added effect.
 
     Args:
@@ -64,11 +66,14 @@ def print_ladder(refinement: Record, commands: Sequence[str] = (), remark: str =
         commands: what to type next, best first.
         remark: on the last of them.
         console: to print on; by default the standard output.
+        diagnosis: the contract's `diagnosis.json`, where it has named what was added: what else it might be is told as well.
     """
     rungs, floors = ladder({}, refinement), Floors.read({}, refinement)
     scale = Scale.of(refinement.get("unit"), floors.fitted, rungs[0].rms if rungs else None)
     with _readable(console or Console(highlight=False)) as out:
         _print_verdict(out, verdict_of({}, refinement))
+        if diagnosis and (alternatives := probable_line(diagnosis)):
+            out.print(_indented(Text(alternatives)))
         if rungs:
             out.print(_indented(_first_that_fits(out, _ladder_tables(ladder_rows(rungs, scale, floors), scale)), 1))
         check = "" if floors.checked is None else f", of the check runs {scale.full(floors.checked)}"

@@ -30,10 +30,12 @@ class Stub:
     Attributes:
         source: of `unexplained.py`.
         yaml: of `conf/effects/unexplained.yaml`.
+        beside: effects that are to be added before it.
     """
 
     source: str
     yaml: str
+    beside: tuple[str, ...] = ()
 
     def commands(self, folder: str | Path, refine: Sequence[str] = ("fogzoo", "refine")) -> list[str]:
         """What to type to refit with the class as it stands.
@@ -45,7 +47,8 @@ class Stub:
         place = Path(folder).resolve()
         given = [word.removeprefix(SEARCHPATH).strip("[]") for word in refine if word.startswith(SEARCHPATH)]
         folders = ",".join([*given, in_quotes(f"file://{place / 'conf'}")])
-        typed = [*refine[:2], f"add={NAME}", *(word for word in refine[2:] if not word.startswith(SEARCHPATH)), f"{SEARCHPATH}[{folders}]"]
+        add = f"[{','.join([*self.beside, NAME])}]" if self.beside else NAME
+        typed = [*refine[:2], f"add={add}", *(word for word in refine[2:] if not word.startswith(SEARCHPATH)), f"{SEARCHPATH}[{folders}]"]
         return [f"export PYTHONPATH={shlex.quote(str(place))}{':$PYTHONPATH' if given else ''}", shlex.join(typed)]
 
 
@@ -57,7 +60,10 @@ def stub_of(diagnosis: Record) -> Stub | None:
             what was tried.
     """
     form = diagnosis.get("unexplained_form")
-    return Stub(_source(form, diagnosis), f"{NAME}:\n  _target_: {NAME}.Unexplained\n") if form else None
+    if not form:
+        return None
+    beside = tuple(name for name in form.get("effects") or () if name not in (diagnosis.get("effects") or form["effects"]))
+    return Stub(_source(form, diagnosis), f"{NAME}:\n  _target_: {NAME}.Unexplained\n", beside)
 
 
 def write_stub(diagnosis: Record, folder: str | Path) -> Path | None:

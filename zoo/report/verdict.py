@@ -251,7 +251,7 @@ def _what_unknown_means(diagnosis: Record) -> list[str]:
         sentences.append(f"Adding {joined(_named(diagnosis))} helps, but {ending}")
         words = _described(diagnosis)
         if words:
-            return [*sentences, f"What the model leaves as it stands: {_continued(words)}", *_one_thermometer(diagnosis)]
+            return [*sentences, f"What the model leaves {_beside(diagnosis)}: {_continued(words)}", *_one_thermometer(diagnosis)]
     else:
         sentences.append("The residual is not noise, and no known effect makes it so.")
     return sentences + unexplained(diagnosis) + _one_thermometer(diagnosis)
@@ -271,6 +271,13 @@ def unexplained(diagnosis: Record, done: bool = False) -> list[str]:
 def _described(diagnosis: Record) -> str:
     """The diagnosis' own words on what nothing explains; a value and its error stay on one line."""
     return str(diagnosis.get("unexplained_words") or "").replace(" ± ", "\u00a0±\u00a0")
+
+
+def _beside(diagnosis: Record) -> str:
+    """Which model the words are of."""
+    form = diagnosis.get("unexplained_form") or {}
+    added = [str(name) for name in form.get("effects") or [] if name not in (diagnosis.get("effects") or [])]
+    return f"with {joined(added)} added" if added else "as it stands"
 
 
 def _continued(sentence: str) -> str:
