@@ -362,6 +362,7 @@ def test_columns_are_called_as_in_the_training_unless_something_else_is_said(tra
         assert compensate(Path("mapped"), f"data.files=[{name}.csv]", *more) == 0
         left = pd.read_csv(f"out/{name}.csv")
         assert left.filter(like="_compensated").std().iloc[0] < 0.06
+        assert run("compare", ["runs=[mapped]", f"data.files=[{name}.csv]", "hydra.run.dir=compared", *more]) == 0
     assert compensate(Path("mapped"), "data.files=[other.csv]", "data.columns.time=t") == 2
     frame.assign(time_ms=1000 * frame.pop("time_s")).to_csv("ms.csv", index=False)
     assert compensate(Path("mapped"), "data.files=[ms.csv]") == 0, "a unit goes with the column that had it"

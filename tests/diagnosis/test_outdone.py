@@ -40,6 +40,19 @@ def test_a_form_that_is_fitted_with_the_coil_outdoes_what_its_function_on_a_grid
     assert outdone.outdone(found.bench, named, found.search.base) < 0.2
 
 
+def test_a_bend_of_the_bias_is_no_fringe(simulation, white, catalogue, base) -> None:
+    """With a period as long as the runs are warm, the lines of a polariser follow it to the noise; no polynomial does."""
+    recorded = simulation().runs
+    added = [(one.truth["temperature_coil_c"] - 30.0).clamp_min(0.0) for one in recorded]
+    scale = 30 * white / torch.cat(added).std()
+    runs = [replace(as_run(one), error=as_run(one).error + scale * more) for one, more in zip(recorded, added, strict=True)]
+    found = diagnose(runs, base, catalogue)
+    assert found.verdict == "unknown"
+    assert found.record["unexplained_words"].startswith("It bends at ")
+    place = found.record["unexplained_form"]["parameters"]["place"]
+    assert abs(place["value"] - 30.0) < 3.0 * place["stderr"] < 3.0
+
+
 @pytest.mark.parametrize("hidden", ["glass_transition", "viscoelastic", "rate_temperature_coupling"])
 def test_what_is_there_is_named_on_the_same_stairs(simulation, catalogue, base, hidden) -> None:
     found = diagnose([as_run(one) for one in simulation(hidden, program=STAIRS).runs], base, catalogue)

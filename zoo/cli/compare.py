@@ -18,6 +18,7 @@ from zoo.cli.command_line import plain
 from zoo.cli.entrants import find_entrants, given_predictions, named
 from zoo.cli.given_predictions import named_files
 from zoo.cli.inputs import print_notes, read_data
+from zoo.cli.trained_columns import as_trained
 from zoo.comparison.entrant import Entrant
 from zoo.comparison.judging import Scored, judge
 from zoo.comparison.known_noise import KnownNoise, floors
@@ -54,7 +55,8 @@ def run(config: DictConfig, out: Path) -> Path:
     models, skipped = find_entrants(given) if given else ([], [])
     if skipped:
         Console(stderr=True).print(Text(f"skipped, without a finished model: {', '.join(skipped)}"), style="yellow", soft_wrap=True, highlight=False)
-    runs = _judged(_with_trained_blocks(config, models))
+    config = _as_trained(_with_trained_blocks(config, models), models)
+    runs = _judged(config)
     print_notes(runs)
     entrants = named([*models, *given_predictions(files, [one.name for one in runs], plain(config.data))])
     scored, stages = _scored(entrants, runs, device, float(config.data.get("holdout", 0.0)))
@@ -85,6 +87,15 @@ def _with_trained_blocks(config: DictConfig, models: list[Entrant]) -> DictConfi
     if config.data.get("average_s") == "auto" and len(lengths) == 1:
         config = config.copy()
         config.data.average_s = lengths.pop()
+    return config
+
+
+def _as_trained(config: DictConfig, models: list[Entrant]) -> DictConfig:
+    """The columns called as in the training of the first model, where nothing is said of them."""
+    if not models or OmegaConf.is_missing(config.data, "files") or config.data.get("simulated") is not None:
+        return config
+    config = config.copy()
+    config.data = OmegaConf.create(as_trained(plain(config.data), models[0].folder))
     return config
 
 

@@ -14,7 +14,8 @@ from rich.text import Text
 
 from zoo.artifacts import write_json
 from zoo.catalog import load_ranges
-from zoo.cli.saved_models import SavedModel, command_config, find_model
+from zoo.cli.saved_models import SavedModel, find_model
+from zoo.cli.trained_columns import as_trained
 from zoo.compensation import Compensation, Compensator, Tally, check_uncompensated, is_compensated, remarks
 from zoo.errors import BadRow, InputError
 from zoo.export.narrowed import narrowed
@@ -31,8 +32,6 @@ from zoo.threads import threads_for
 from zoo.units import own_time, symbol
 
 RESULT = "compensation.json"
-UNITS = {"output": "output_unit", "time": "time_unit", "temperature": "temperature_unit"}
-"""Columns that every file needs, and the settings of their units where their names do not tell them."""
 STEPS = 1000
 """Of the progress bar."""
 
@@ -51,7 +50,7 @@ def run(config: DictConfig, out: Path) -> Path:
     data: dict[str, Any] = OmegaConf.to_container(config.data, resolve=True, throw_on_missing=True)  # type: ignore[assignment]
     check_settings(data["reference"], data["average_s"], data["gap_s"], data["bad_rows"])
     saved = find_model("run", asked)
-    layouts = _layouts(_as_trained(data, saved))
+    layouts = _layouts(as_trained(data, saved.folder))
     targets = _targets([one.path for one in layouts], out)
     with threads_for(0):
         compensator = _compensator(saved, device)
@@ -68,28 +67,6 @@ def run(config: DictConfig, out: Path) -> Path:
     _draw(targets, layouts, done)
     _print(facts)  # last: who reads it may have gone
     return targets[0] if len(targets) == 1 else out
-
-
-def _as_trained(data: dict[str, Any], saved: SavedModel) -> dict[str, Any]:
-    """The settings with columns called as in the training, where nothing is said of any and all files have these; in words if so."""
-    path = command_config(saved.folder)
-    if path is None or _called(data):
-        return data
-    known: dict[str, Any] = OmegaConf.to_container(OmegaConf.load(path), resolve=False)  # type: ignore[assignment]
-    called, files = _called(known.get("data") or {}), [{*column_names(one)} for one in find_files(data["files"])]
-    columns = {role: name for role, name in called.get("columns", {}).items() if role in UNITS or all(name in one for one in files)}
-    if not columns or not all(name in one for name in columns.values() for one in files):
-        return data
-    told = ", ".join(f"{role}={name}" for role, name in columns.items())
-    Console(stderr=True).print(Text(f"columns as in the training: {told}"), style="dim", soft_wrap=True, highlight=False)
-    return data | {"columns": columns} | {unit: called[unit] for role, unit in UNITS.items() if role in columns and unit in called}
-
-
-def _called(data: dict[str, Any]) -> dict[str, Any]:
-    """What is said of the columns' names and units."""
-    columns = {role: name for role, name in (data.get("columns") or {}).items() if name is not None}
-    units = {unit: data[unit] for unit in UNITS.values() if data.get(unit) is not None}
-    return ({"columns": columns} if columns else {}) | units
 
 
 def _layouts(data: dict[str, Any]) -> list[Layout]:

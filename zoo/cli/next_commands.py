@@ -48,6 +48,11 @@ def next_commands(missing: list[str]) -> list[str]:
     return [shlex.join(["fogzoo", "refine", f"add=[{','.join(missing)}]", *typed_settings()])] if missing else []
 
 
+def save_command() -> str:
+    """What to type to save a model that lacks nothing, for `compensate` and `export`, and to check it on other runs."""
+    return shlex.join(["fogzoo", "refine", "add=[]", *typed_settings()])
+
+
 def stub_commands(diagnosis: dict[str, Any], out: Path) -> list[str]:
     """What to type to refit with the class that was written for what nothing explains; nothing where it is only an example.
 

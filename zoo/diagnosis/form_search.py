@@ -5,10 +5,10 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass, replace
 
-from zoo.diagnosis.forms import EVEN, EVEN_BY_TEMPERATURE, POLYNOMIALS, REMEMBERED, Form, forms_of
+from zoo.diagnosis.forms import BENT, EVEN, EVEN_BY_TEMPERATURE, POLYNOMIALS, REMEMBERED, Form, forms_of
 from zoo.diagnosis.free_functions import Axis, FreeFunction, functions_of, weigh
 from zoo.diagnosis.parameters import fitted_parameters
-from zoo.diagnosis.quantities import CLOCK, RATE, Quantity
+from zoo.diagnosis.quantities import CLOCK, RATE, TEMPERATURE, Quantity
 from zoo.diagnosis.screening import Here, Screened
 from zoo.diagnosis.solved import Solved
 from zoo.diagnosis.workbench import Guess, Workbench
@@ -26,8 +26,8 @@ GLANCED = 8
 SIMPLER = 5.0
 """Log Bayes factor that a form may fall short of the best by and still be preferred for its simplicity."""
 
-LIKELY_FORMS = ((RATE, EVEN), (RATE, EVEN_BY_TEMPERATURE), (RATE, REMEMBERED))
-"""Refitted in any case: nothing in the catalogue is even in the rate, and what is bends the coil most."""
+LIKELY_FORMS = ((RATE, EVEN), (RATE, EVEN_BY_TEMPERATURE), (RATE, REMEMBERED), (TEMPERATURE, BENT))
+"""Refitted in any case: nothing in the catalogue is even in the rate, and what is bends the coil most; and no polynomial shows a bend."""
 
 
 @dataclass(frozen=True, eq=False)

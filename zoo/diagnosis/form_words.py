@@ -11,7 +11,7 @@ from typing import Any
 from zoo.diagnosis.form_search import Tried
 from zoo.diagnosis.forms import POLYNOMIALS
 from zoo.diagnosis.quantities import CLOCK, RATE, SIZE
-from zoo.units import SECONDS_PER_HOUR, SECONDS_PER_MINUTE
+from zoo.units import SECONDS_PER_HOUR, SECONDS_PER_MINUTE, symbol
 
 NAMED_POWERS = {0.5: "its square root", 1.0: "in proportion to it", 1.5: "its power 1.5", 2.0: "its square", 3.0: "its cube"}
 NEAR_POWER = 0.1
@@ -40,6 +40,7 @@ def sentence(tried: Tried, curves: list[Curve], unit: str) -> str:
         "odd_power_by_temperature": _by_temperature,
         "remembered_power": _remembered,
         "wave": _wave,
+        "bent": _bent,
     }
     if tried.form is POLYNOMIALS[0]:
         return _proportional(tried, values)
@@ -130,6 +131,14 @@ def _by_temperature(tried: Tried, values: Found) -> str:
 def _remembered(tried: Tried, values: Found) -> str:
     minutes = number(values["memory"]["value"] / SECONDS_PER_MINUTE, 2)
     return f"It follows {_size(tried.quantity.words)} with a memory of {minutes} min, about {_power(values)}."
+
+
+def _bent(tried: Tried, values: Found) -> str:
+    place, slope = values["place"], values["slope"]
+    error = f" ± {number(place['stderr'], 1)}" if place["stderr"] and math.isfinite(place["stderr"]) else ""
+    way, given = "rises" if slope["value"] > 0 else "falls", slope["unit"].partition("/")[0]
+    steeper = f"{number(abs(slope['value']))} {symbol(given)}/{tried.quantity.unit.replace('°C', 'K')}"
+    return f"It bends at {number(place['value'])}{error} {tried.quantity.unit} of {tried.quantity.words}: above, it {way} by {steeper} more."
 
 
 def _wave(tried: Tried, values: Found) -> str:

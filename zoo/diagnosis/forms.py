@@ -22,6 +22,8 @@ EXPONENT = Parameter("exponent", 2.0, "1", 0.25, 4.0, "log", PRIOR, "p", grid=10
 MEMORY = Parameter("memory", 1800.0, "s", 300.0, 14400.0, "log", PRIOR, "τ", grid=6)
 PERIOD_K = Parameter("period", 20.0, "K", 3.0, 40.0, "inverse", PRIOR, "P", grid=64)
 SIZE_KEPT = Parameter("size", 0.1, "K/min", 0.01, 0.3, "log", PRIOR, "s", grid=8)
+PLACE_C = Parameter("place", 20.0, "°C", -50.0, 80.0, "linear", PRIOR, "c", grid=27)
+WIDTH_K = Parameter("width", 3.0, "K", 0.5, 20.0, "log", PRIOR, "w", grid=4)
 ORDERS = (1, 2, 3, 6)
 """Of polynomials."""
 LINES = 40
@@ -61,6 +63,12 @@ def remembered_power(self: Any, history: History, shape: Tensor) -> Tensor:
     """The quantity's size to the power p, remembered for a time τ, see `Effect.columns`."""
     power = self.quantity(history).abs().clamp_min(1e-9).pow(shape[..., 0:1])
     return lagged(history.time, power, shape[..., 1]).unsqueeze(-1)
+
+
+def bent(self: Any, history: History, shape: Tensor) -> Tensor:
+    """What grows in proportion to the quantity above a place c and is nothing below it, going over within a width w, see `Effect.columns`."""
+    place, width = shape[..., 0:1], shape[..., 1:2]
+    return (width * torch.nn.functional.softplus((self.quantity(history) - place) / width)).unsqueeze(-1)
 
 
 def polynomial(self: Any, history: History, shape: Tensor) -> Tensor:
@@ -128,6 +136,7 @@ ODD = Form(odd_power, "A·sgn(x)·|x|^p", (EXPONENT,))
 EVEN_BY_TEMPERATURE = Form(even_power_by_temperature, "(A + B·θ)·|x|^p,  θ = (T − 20 °C)/50 K", (EXPONENT,), BY_TEMPERATURE)
 ODD_BY_TEMPERATURE = Form(odd_power_by_temperature, "(A + B·θ)·sgn(x)·|x|^p,  θ = (T − 20 °C)/50 K", (EXPONENT,), BY_TEMPERATURE)
 REMEMBERED = Form(remembered_power, "A·lag_τ(|x|^p)", (EXPONENT, MEMORY))
+BENT = Form(bent, "A·w·ln(1 + exp((x − c)/w))", (PLACE_C, WIDTH_K), (("slope", "unit/x"),))
 POLYNOMIALS = tuple(
     Form(polynomial, "Σ a_k·T_k(x), a Chebyshev series over the range of the runs", (), tuple((f"a{k}", "unit") for k in range(1, order + 1)))
     for order in ORDERS
@@ -145,7 +154,12 @@ def forms_of(free: FreeFunction) -> list[tuple[Quantity, Form]]:
     """Forms that a free function may stand for, each with its quantity, the simplest first."""
     if free.beside is not None:
         return [(RATE, EVEN_BY_TEMPERATURE), (RATE, ODD_BY_TEMPERATURE), (RATE, PRODUCTS)]
-    special = {SIZE: [(RATE, EVEN)], LASTING: [(RATE, REMEMBERED)], TEMPERATURE: [(TEMPERATURE, WAVE)], RATE: [(RATE, SATURATING)]}
+    special = {
+        SIZE: [(RATE, EVEN)],
+        LASTING: [(RATE, REMEMBERED)],
+        TEMPERATURE: [(TEMPERATURE, WAVE), (TEMPERATURE, BENT)],
+        RATE: [(RATE, SATURATING)],
+    }
     if free.of is CLOCK:
         special[CLOCK] = [(CLOCK, _wave_in_time(free.axis.high - free.axis.low))]
     plain = [EVEN, ODD, POLYNOMIALS[-1]] if free.of.signed else POLYNOMIALS

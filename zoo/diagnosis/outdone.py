@@ -6,7 +6,7 @@ import math
 
 from zoo.diagnosis.form_search import FormBench
 from zoo.diagnosis.free_functions import SIGNIFICANT, freed_of
-from zoo.diagnosis.quantities import CLOCK, by_the_clock, inputs_of
+from zoo.diagnosis.quantities import CLOCK, TEMPERATURE, by_the_clock, inputs_of
 from zoo.diagnosis.solved import Solved
 from zoo.diagnosis.workbench import Workbench
 
@@ -47,7 +47,8 @@ def outdone(bench: Workbench, final: Solved, base: Solved) -> float:
     others = {words: one for words, one in freed_of(bench, base).items() if words not in own}
     best = max((one.whole if words in timed else one.evidence for words, one in others.items()), default=0.0)
     if best - SIGNIFICANT <= allowed:
-        contested = [words for words, one in others.items() if words not in timed and one.evidence > max(CONTESTED * allowed, LEAST)]
+        near = {words: 0.0 if words == TEMPERATURE.words else CONTESTED * allowed for words in others}  # a polynomial does not follow a bend
+        contested = [words for words, one in others.items() if words not in timed and one.evidence > max(near[words], LEAST)]
         best = max([best, *(_in_its_forms(bench, base, words) for words in contested)])
     return math.exp(min(BELIEVED * (best - SIGNIFICANT - allowed), 5.0))
 
