@@ -162,7 +162,8 @@ def test_a_true_input_that_only_some_runs_record_is_not_taken_as_0_in_the_others
 
 
 def test_a_true_input_that_was_given_is_meant_even_if_it_is_0(tmp_path, capsys) -> None:
-    known, bare = written(tmp_path / "a.csv", table().assign(reference_dph=0.001)), written(tmp_path / "b.csv", table())
+    known = written(tmp_path / "a.csv", table().assign(reference_dph=0.001))
+    bare = written(tmp_path / "b.csv", table().assign(rate_dph=1.1 * table()["rate_dph"]))
     short = ["model=polynomial", f"hydra.run.dir={tmp_path / 'out'}"]
     assert run("train", [f"data.files=[{known},{bare}]", *short, "data.reference=0"]) == 0
     assert run("train", [f"data.files=[{known}]", f"data.check_files=[{bare}]", *short, "data.reference=0.001"]) == 0

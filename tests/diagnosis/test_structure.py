@@ -12,8 +12,9 @@ import torch
 from torch import Generator, Tensor
 
 from zoo.diagnosis.diagnose import open_bench
-from zoo.diagnosis.free_functions import TOGETHER, anywhere, free_functions, functions_of, worth
+from zoo.diagnosis.free_functions import SIGNIFICANT, TOGETHER, anywhere, free_functions, functions_of, worth
 from zoo.diagnosis.moments import moments, rarity
+from zoo.diagnosis.outdone import outdone
 from zoo.diagnosis.restless import restless
 from zoo.diagnosis.solved import Freed, Solved
 from zoo.diagnosis.structure import (
@@ -21,11 +22,9 @@ from zoo.diagnosis.structure import (
     LEVEL_ALLOWED,
     LINE,
     MATERIAL,
-    SIGNIFICANT,
     SLIGHT,
     Structure,
     _lines,
-    _outdone,
     _Test,
     examine,
     free_dependences,
@@ -111,13 +110,14 @@ def test_an_effect_that_a_free_function_outdoes_is_not_what_it_is(planted, base,
 
     bench = planted(wave, seed)
     before = bench.solve(tuple(base))
-    wrong, right = (bench.add(before, name) for name in ("glass_transition", "polarization"))
+    wrong, other = (bench.add(before, name) for name in ("glass_transition", "polarization"))
     structure = examine(bench, wrong, before)
     assert bench.evidence(before, wrong) > SIGNIFICANT, "a search could name it"
     assert structure.excess < LEVEL_ALLOWED
-    assert _outdone(bench, wrong, before) > 1.0
+    assert outdone(bench, wrong, before) > 1.0
     assert not structure.is_noise
-    assert is_noise(bench, right, before), "fringes have that shape, with fewer parameters"
+    assert bench.evidence(before, wrong) < bench.evidence(before, other), "fringes have nearly that shape"
+    assert not is_noise(bench, other, before), "but a polynomial that is fitted with the coil does better"
 
 
 def test_a_free_function_is_weighed_at_the_coil_that_suits_it(planted, base, white) -> None:
@@ -378,7 +378,7 @@ def test_a_function_of_an_effects_own_input_does_not_outdo_it_and_one_of_anythin
         for words, ahead in (("the column field_ut", False), ("the column supply_v", True), ("the coil's temperature", True)):
             base.freed.clear()
             base.freed[words] = Freed(1000.0, 1000.0, 1000.0)
-            assert (_outdone(bench, final, base) > 1.0) is ahead, words
+            assert (outdone(bench, final, base) > 1.0) is ahead, words
     finally:
         base.freed.clear()
         base.freed.update(known)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 
 from zoo.diagnosis.form_search import FormBench
+from zoo.diagnosis.forms import WAVE
 from zoo.diagnosis.free_functions import SIGNIFICANT, freed_of
 from zoo.diagnosis.quantities import CLOCK, TEMPERATURE, by_the_clock, inputs_of
 from zoo.diagnosis.solved import Solved
@@ -58,6 +59,7 @@ def _in_its_forms(bench: Workbench, base: Solved, words: str) -> float:
     if words not in base.formed:
         forms = FormBench(bench, base)
         free = next((one for one in forms.frees if one.words == words), None)
-        found = forms.refitted(forms.of(free)[:FORMS]) if free else []
+        likely = [one for one in forms.of(free) if one.form is not WAVE] if free else []  # a fringe in the catalogue has such waves
+        found = forms.refitted(likely[:FORMS])
         base.formed[words] = max((one.evidence for one in found), default=-math.inf)
     return base.formed[words]
