@@ -223,7 +223,7 @@ def test_a_folder_used_again_holds_nothing_of_the_model_before(recordings, tmp_p
     (only,) = find_entrants([str(tmp_path)])[0]
     assert only.kind == "polynomial"
     files = [f"data.files=[{recordings / 'a.csv'},{recordings / 'b.csv'}]", "data.average_s=100"]
-    assert run("refine", [*files, "effects=[static_bias]", "add=[mohr]", f"hydra.run.dir={tmp_path}"]) == 0
+    assert run("refine", [*files, "effects=[static_bias]", "add=[mohr]", "candidates=[mohr]", f"hydra.run.dir={tmp_path}"]) == 0
     assert not {"metrics.json", "last.ckpt", "prediction.png"} & {path.name for path in tmp_path.iterdir()}
     assert load_saved(tmp_path).facts["ladder"][-1]["added"] == "mohr"
     assert train(recordings, tmp_path, "model=polynomial") == 0

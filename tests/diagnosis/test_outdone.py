@@ -58,7 +58,7 @@ def test_a_bend_of_the_bias_is_no_fringe(simulation, white, catalogue, base) -> 
     assert abs(place["value"] - 30.0) < 3.0 * place["stderr"] < 3.0
 
 
-@pytest.mark.parametrize("hidden", ["glass_transition", "viscoelastic", "rate_temperature_coupling", "polarization"])
+@pytest.mark.parametrize("hidden", ["glass_transition", "polarization"])
 def test_what_is_there_is_not_outdone_on_the_same_stairs(simulation, catalogue, base, hidden) -> None:
     bench, before, named = beside([as_run(one) for one in simulation(hidden, program=STAIRS).runs], hidden, base, catalogue)
     assert bench.evidence(before, named) > 20.0

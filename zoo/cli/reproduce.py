@@ -60,10 +60,10 @@ def run(config: DictConfig, out: Path) -> Path:
     if "paper" not in config:
         raise InputError(f"paper is not set; possible: {', '.join(names(GROUP, searchpath()))}")
     paper, console = importlib.import_module(config.paper), Console()
+    settings = {str(name): _composed(config, list(own)) for name, own in config.methods.items()}
     runs, checks = read_data(config)
     others: OtherData = create(config.others) if "others" in config else {}
     floors = _floors(config, [*runs, *checks])
-    settings = {str(name): _composed(config, list(own)) for name, own in config.methods.items()}
     _check_complete(paper, list(settings), runs, checks, others, floors)
     predicted: dict[str, dict[int, list[Tensor]]] = {}
     for place, (name, own) in enumerate(settings.items(), 1):

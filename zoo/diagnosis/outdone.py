@@ -50,16 +50,18 @@ def outdone(bench: Workbench, final: Solved, base: Solved) -> float:
     if best - SIGNIFICANT <= allowed:
         near = {words: 0.0 if words == TEMPERATURE.words else CONTESTED * allowed for words in others}  # a polynomial does not follow a bend
         contested = [words for words, one in others.items() if words not in timed and one.evidence > max(near[words], LEAST)]
-        best = max([best, *(_in_its_forms(bench, base, words) for words in contested)])
+        best = max([best, *_in_their_forms(bench, base, contested)])
     return math.exp(min(BELIEVED * (best - SIGNIFICANT - allowed), 5.0))
 
 
-def _in_its_forms(bench: Workbench, base: Solved, words: str) -> float:
-    """Evidence of the best of a free function's likeliest forms beside a model, everything refitted; reckoned once."""
-    if words not in base.formed:
+def _in_their_forms(bench: Workbench, base: Solved, contested: list[str]) -> list[float]:
+    """Evidence of the best of each free function's likeliest forms beside a model, everything refitted; reckoned once."""
+    new = [words for words in contested if words not in base.formed]
+    if new:
         forms = FormBench(bench, base)
-        free = next((one for one in forms.frees if one.words == words), None)
-        likely = [one for one in forms.of(free) if one.form is not WAVE] if free else []  # a fringe in the catalogue has such waves
-        found = forms.refitted(likely[:FORMS])
-        base.formed[words] = max((one.evidence for one in found), default=-math.inf)
-    return base.formed[words]
+        # A fringe in the catalogue has the waves.
+        likely = {free.words: [one for one in forms.of(free) if one.form is not WAVE][:FORMS] for free in forms.frees if free.words in new}
+        found = {one.effect.name: one.evidence for one in forms.refitted([one for each in likely.values() for one in each])}
+        best = {words: [found[one.effect.name] for one in each] for words, each in likely.items()}
+        base.formed.update({words: max(best.get(words, []), default=-math.inf) for words in new})
+    return [base.formed[words] for words in contested]
