@@ -13,6 +13,8 @@ import torch
 
 from zoo.catalog import load_model
 from zoo.cli.application import run
+from zoo.cli.given_predictions import files_of
+from zoo.errors import InputError
 from zoo.measurements.read import read_runs
 from zoo.measurements.write import write_measurements
 from zoo.models.base import Model
@@ -423,3 +425,11 @@ def test_exports_of_different_trainings_are_all_compared(recordings, tmp_path) -
         assert run("export", [f"run={out}", "program=false", f"hydra.run.dir={tmp_path / 'files' / str(epochs)}"]) == 0
     document = compare(tmp_path / "out", f"runs=[{tmp_path / 'files' / '*'}]", f"data.files=[{recordings / 'check.csv'}]")
     assert len(document["models"]) == 2
+
+
+def test_a_file_of_predictions_is_for_one_run() -> None:
+    """Runs in two folders may be called alike; then the folders of the predictions tell which is whose."""
+    with pytest.raises(InputError, match=r"pred_run_1\.csv would be taken for the run A/run_1 and for B/run_1"):
+        files_of(["A/run_1", "B/run_1"], "mine", [Path("pred_run_1.csv")])
+    two = [Path("A/run_1.csv"), Path("B/run_1.csv")]
+    assert files_of(["A/run_1", "B/run_1"], "mine", two) == {"A/run_1": two[0], "B/run_1": two[1]}

@@ -73,7 +73,7 @@ def test_samples_that_a_recorder_spoilt_are_told_and_judge_nobody(recordings, tm
     whole = next(row for row in document["rows"] if row["stage"] == "whole")
     assert whole["polynomial"] == pytest.approx(found["clean"]["rms_check"], rel=0.05)
     both = [f"data.files=[{tmp_path / 'a.csv'},{tmp_path / 'b.csv'}]", f"data.check_files=[{tmp_path / 'check.csv'}]", "data.average_s=100"]
-    assert run("refine", ["add=[]", *both, f"hydra.run.dir={tmp_path / 'refined'}"]) == 0
+    assert run("refine", ["add=[]", "candidates=[aging]", *both, f"hydra.run.dir={tmp_path / 'refined'}"]) == 0
     assert json.loads((tmp_path / "refined" / "refinement.json").read_text())["ladder"][0]["rms_check"] < 1.0
 
 

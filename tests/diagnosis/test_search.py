@@ -68,7 +68,7 @@ def test_two_large_effects_are_both_named_although_what_follows_their_sum_predic
 @pytest.mark.slow
 @pytest.mark.parametrize(
     ("hidden", "seed"),
-    [("bias_step+moisture", 3003), ("viscoelastic+moisture", 3008), ("warm_up+aging", 3019)],
+    [("bias_step+moisture", 3003), ("viscoelastic+moisture", 3008), ("aging+rate_temperature_coupling", 3018), ("warm_up+aging", 3019)],
 )
 def test_two_effects_of_forty_times_the_noise_are_found_where_they_are(runs, catalogue, base, hidden, seed) -> None:
     """Not where each alone goes to follow the other as well: far off, at a bound, held in place by a third that corrects both."""

@@ -167,3 +167,10 @@ def test_a_grey_box_of_all_effects_passes() -> None:
 @pytest.mark.parametrize("name", names("effects"))
 def test_the_house_s_own_effects_pass(name) -> None:
     check_effect(build("effects", name), name)
+
+
+def test_a_weight_that_is_frozen_would_be_trained_all_the_same() -> None:
+    model = build("model", "bp")
+    model.hidden.weight.requires_grad_(False)
+    with pytest.raises(InputError, match=r"BP\.hidden\.weight has requires_grad=False"):
+        check_model(model)

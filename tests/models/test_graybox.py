@@ -215,3 +215,8 @@ def test_fringes_far_from_the_period_that_is_declared_are_found(period) -> None:
         project(bias, one).residual for one in (model.shares(run.table)["polarization"].detach(), fringes)
     )  # the rest is a static bias as well
     assert float((found - planted).square().mean().sqrt()) < 0.25 * float(planted.square().mean().sqrt())
+
+
+def test_a_word_for_no_is_no_switch() -> None:
+    with pytest.raises(InputError, match=r"model\.in_motion=no: true or false"):
+        GrayBox({}, ["time_s", "temperature_c", "reference_dph"], "no")  # type: ignore[arg-type]

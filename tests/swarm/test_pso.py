@@ -1,8 +1,11 @@
 """Particle swarm: laws that a wrong velocity limit, a wrong sign or a leaked random state would break."""
 
+import math
+
 import pytest
 import torch
 
+from zoo.errors import InputError
 from zoo.swarm import pso
 
 BOX = (torch.full((5,), 100.0, dtype=torch.float64), torch.full((5,), 140.0, dtype=torch.float64))
@@ -49,3 +52,10 @@ def test_positions_stay_in_the_box_and_speeds_below_the_limit() -> None:
         assert bool((state.speed.abs() <= 0.2 * (high - low) + 1e-12).all())
         state = pso.tell(state, x @ slope, chance)  # pushes the swarm into a corner
     torch.testing.assert_close(state.leader, torch.where(slope < 0, high, low), atol=0.5, rtol=0)
+
+
+@pytest.mark.parametrize("name", ["inertia_start", "inertia_end", "pull_own", "pull_leader", "constriction"])
+@pytest.mark.parametrize("value", [-1.0, math.inf, "abc"])
+def test_what_steers_it_is_a_number_from_0_up(name: str, value: object) -> None:
+    with pytest.raises(InputError, match=name):
+        pso.Settings(**{name: value})  # type: ignore[arg-type]

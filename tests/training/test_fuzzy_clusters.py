@@ -8,7 +8,8 @@ import pytest
 import torch
 from torch import Generator, Tensor
 
-from zoo.training.fuzzy_clusters import best_clusters, gustafson_kessel, random_partitions
+from zoo.errors import WorkError
+from zoo.training.fuzzy_clusters import _shapes, best_clusters, gustafson_kessel, random_partitions
 
 
 def planted(samples: int = 400) -> tuple[Tensor, Tensor]:
@@ -114,3 +115,8 @@ def test_partitions_are_even_over_all_that_sum_to_one() -> None:
     torch.testing.assert_close(drawn.sum(dim=-1), torch.ones(2, 20000, dtype=torch.float64))
     assert float(drawn.mean()) == pytest.approx(1 / 4)
     assert float(drawn.var()) == pytest.approx(3 / (16 * 5), rel=0.02)
+
+
+def test_a_cluster_without_extent_is_told() -> None:
+    with pytest.raises(WorkError, match="shrunk to a line or a point"):
+        _shapes(torch.zeros(1, 2, 2, dtype=torch.float64))

@@ -49,7 +49,7 @@ def record(folder: Path) -> Path:
 
 @pytest.mark.parametrize(
     "more",
-    [["epochs=600"], ["epochs=80", "seeds=3", "batch_size=40", "init=pso", "init.steps=5"]],
+    [["epochs=200"], ["epochs=40", "seeds=3", "batch_size=40", "init=pso", "init.steps=5"]],
     ids=["alone", "ensemble in batches"],
 )
 def test_the_same_command_ends_where_it_would_have(tmp_path, more) -> None:

@@ -7,6 +7,7 @@ from zoo.errors import InputError
 from zoo.models.bp import BP
 from zoo.models.polynomial import Polynomial
 from zoo.training.least_squares import LeastSquares, solve
+from zoo.training.variable_projection import VariableProjection
 
 FEATURES = ["temperature", "temperature_rate"]
 
@@ -54,3 +55,9 @@ def test_dependent_columns_get_the_shortest_solution() -> None:
 def test_a_network_is_refused(make_run) -> None:
     with pytest.raises(InputError, match=r"BP, which is not linear.*adam"):
         LeastSquares().fit(BP(FEATURES), [make_run()], chance())
+
+
+@pytest.mark.parametrize("iterations", [0, -5, 2.5, "abc"])
+def test_steps_of_a_grey_boxs_fit_are_a_whole_number(iterations) -> None:
+    with pytest.raises(InputError, match=r"optimizer\.iterations"):
+        VariableProjection(iterations)

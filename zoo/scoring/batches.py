@@ -82,7 +82,7 @@ def _error_of_mean(values: Sequence[Tensor]) -> float | None:
 
 
 def autocorrelation_time(values: Sequence[Tensor]) -> float:
-    """How many successive values are worth one: 1 + 2 Σ ρ over the lags in which correlations are more than chance; 1 at least.
+    """How many successive values are worth one: 1 + 2 Σ ρ over the lags of a window of `WINDOW` such times; 1 at least.
 
     Args:
         values: (N_r,) of each run.
