@@ -45,7 +45,8 @@ $(STAMP): pyproject.toml constraints.txt
 	@$(RUN) -m pip --version >/dev/null 2>&1 || $(PYTHON) -m pip --python $(RUN) install -q pip
 	@echo "install: pinned packages into $(VENV), once; a few minutes, most of it the download of torch"
 	@$(PIP) hatchling editables setuptools
-	@$(PIP) --no-build-isolation -e '.[dev]'
+	@$(PIP) --no-build-isolation --no-compile -e '.[dev]'
+	@$(RUN) -m compileall -qq -j 0 $(VENV)/lib || true # on all cores; pip does it on one. Some packages bring files that are no Python
 	@touch $@
 	@echo "install: done"
 

@@ -14,6 +14,7 @@ import signal
 import subprocess
 import sys
 import time
+from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
@@ -57,13 +58,19 @@ def recordings(tmp_path) -> Path:
     return tmp_path
 
 
+def importable_from(folder: Path, monkeypatch) -> None:
+    """By commands that are begun, and by their workers."""
+    monkeypatch.syspath_prepend(folder)
+    monkeypatch.setenv("PYTHONPATH", os.pathsep.join([str(folder), os.environ.get("PYTHONPATH", "")]))
+
+
 @pytest.fixture
 def early_checkpoints(recordings, monkeypatch) -> list[str]:
     """Settings by which checkpoints come early, so that a worker is far from its end when one is there, however quick the machine."""
     Path("mine.py").write_text(
         "import zoo.training.checkpoints\nfrom zoo.models.bp import BP\nzoo.training.checkpoints.EVERY_S = 0.1\nclass Mine(BP):\n    pass\n"
     )
-    monkeypatch.setenv("PYTHONPATH", os.pathsep.join([str(recordings), os.environ.get("PYTHONPATH", "")]))
+    importable_from(recordings, monkeypatch)
     return ["model=bp", "model._target_=mine.Mine"]
 
 
@@ -109,12 +116,18 @@ def test_settings_are_those_that_the_plugin_has(choice) -> None:
 
 
 @pytest.fixture(scope="module")
-def in_one_process(tmp_path_factory) -> list[tuple[str, ...]]:
+def sweep_here(command) -> Callable[..., tuple[int, str, str]]:
+    """The same where no worker is started; see `command`."""
+    return lambda *more: command(*SWEEP, *more).end()
+
+
+@pytest.fixture(scope="module")
+def in_one_process(sweep_here, tmp_path_factory) -> list[tuple[str, ...]]:
     """The table of a sweep without any launcher."""
     with pytest.MonkeyPatch.context() as patch:
         patch.chdir(tmp_path_factory.mktemp("here"))
         write_recording()
-        assert sweep(*TWO_FAIL).returncode == 2
+        assert sweep_here(*TWO_FAIL)[0] == 2
         return table()
 
 
@@ -138,11 +151,11 @@ def test_jobs_in_other_processes_end_as_they_do_in_this_one(launcher, recordings
 
 
 @pytest.mark.slow
-def test_a_sweep_that_was_killed_goes_on_where_it_was(early_checkpoints) -> None:
+def test_a_sweep_that_was_killed_goes_on_where_it_was(sweep_here, early_checkpoints) -> None:
     """Its workers end with it; the same command finishes what they left, as if nothing had been."""
     needs("hydra_joblib_launcher")
-    jobs = ["init=random", "epochs=2000,20", "seed=1", "hydra/launcher=joblib", "hydra.launcher.n_jobs=2"]
-    typed = [*early_checkpoints, *jobs]
+    jobs = [*early_checkpoints, "init=random", "epochs=2000,20", "seed=1"]
+    typed = [*jobs, "hydra/launcher=joblib", "hydra.launcher.n_jobs=2"]
     killed = subprocess.Popen([*FOGZOO, *SWEEP, *typed], stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL, start_new_session=True)
     deadline = time.monotonic() + 120
     while not Path("sweep/0/last.ckpt").is_file() and time.monotonic() < deadline:
@@ -158,7 +171,7 @@ def test_a_sweep_that_was_killed_goes_on_where_it_was(early_checkpoints) -> None
     assert "going on from" in Path("sweep/0/output.txt").read_text()
     found = table()
     shutil.rmtree("sweep")
-    assert sweep(*typed).returncode == 0
+    assert sweep_here(*jobs)[0] == 0
     assert table() == found
 
 
@@ -170,7 +183,7 @@ def members(session: int) -> list[str]:
 
 
 @pytest.mark.slow
-def test_a_worker_that_dies_is_told_and_made_up_for(recordings) -> None:
+def test_a_worker_that_dies_is_told_and_made_up_for(recordings, monkeypatch) -> None:
     needs("hydra_joblib_launcher")
     typed = ["model=bp", "epochs=20,30", "hydra/launcher=joblib"]
     Path("mine.py").write_text(
@@ -178,14 +191,14 @@ def test_a_worker_that_dies_is_told_and_made_up_for(recordings) -> None:
         "class Mine(BP):\n    def __init__(self, *given, **named):\n        super().__init__(*given, **named)\n"
         "        if not os.path.exists('survived'):\n            open('survived', 'w').close(); os.kill(os.getpid(), signal.SIGKILL)\n"
     )
-    environment = os.environ | {"PYTHONPATH": os.pathsep.join([str(recordings), os.environ.get("PYTHONPATH", "")])}
+    importable_from(recordings, monkeypatch)
     command = [*FOGZOO, *SWEEP, *typed, "model._target_=mine.Mine"]
-    first = subprocess.run([*command, "hydra.launcher.n_jobs=2"], env=environment, capture_output=True, text=True, check=False)
+    first = subprocess.run([*command, "hydra.launcher.n_jobs=2"], capture_output=True, text=True, check=False)
     assert first.returncode == 1
     assert "ended without a word" in first.stderr
     assert "the same command" in first.stderr
     again = [*command, "hydra.launcher.n_jobs=1"]  # in one process
-    assert subprocess.run(again, env=environment, capture_output=True, text=True, check=False).returncode == 0
+    assert subprocess.run(again, capture_output=True, text=True, check=False).returncode == 0
     assert len(table()) == 2
 
 
@@ -205,20 +218,19 @@ def test_optuna_is_asked_nothing_where_it_has_nothing_to_do() -> None:
 
 
 @pytest.mark.slow
-def test_optuna_proposes_the_same_again_and_finds_it_done(recordings) -> None:
+def test_optuna_proposes_the_same_again_and_finds_it_done(sweep_here, recordings) -> None:
     """A range includes its end; trials that fail cost the others nothing."""
     needs("hydra_optuna_sweeper")
     typed = ["hydra/sweeper=optuna", "model=polynomial", "model.order=range(0,2)", "hydra/sweeper/sampler=random"]
-    first = sweep(*typed, "hydra.sweeper.n_trials=12")
-    assert first.returncode == 2
+    assert sweep_here(*typed, "hydra.sweeper.n_trials=12")[0] == 2
     tried = {key: rms for key, *_, rms, _unit in table()}
     assert set(tried) == {"1", "2"}
     best = OmegaConf.load("sweep/optimization_results.yaml")
     assert best.best_params["model.order"] == 2
     assert best.best_value == pytest.approx(min(json.loads(path.read_text())["rms"] for path in Path("sweep").rglob("metrics.json")))
-    again = sweep(*typed, "hydra.sweeper.n_trials=12")
+    _, again, _ = sweep_here(*typed, "hydra.sweeper.n_trials=12")
     done = len(list(Path("sweep").rglob("metrics.json")))
-    assert f"({done} done before)" in again.stdout
+    assert f"({done} done before)" in again
 
 
 @pytest.mark.slow
