@@ -10,6 +10,7 @@ import torch
 from zoo.diagnosis import outdone
 from zoo.diagnosis.description import describe
 from zoo.diagnosis.diagnose import open_bench
+from zoo.diagnosis.structure import examine
 from zoo.simulator.in_process import as_run
 from zoo.simulator.laboratory.profiles import campaign, tour
 
@@ -52,6 +53,7 @@ def test_a_bend_of_the_bias_is_no_fringe(simulation, white, catalogue, base) -> 
     bench, before, named = beside(runs, "polarization", base, catalogue)
     assert bench.evidence(before, named) > 100.0
     assert outdone.outdone(bench, named, before) > 2.0
+    assert examine(bench, named, before).outdone
     found = describe(bench, before)
     assert found.words.startswith("It bends at ")
     place = found.form["parameters"]["place"]
@@ -63,3 +65,4 @@ def test_what_is_there_is_not_outdone_on_the_same_stairs(simulation, catalogue, 
     bench, before, named = beside([as_run(one) for one in simulation(hidden, program=STAIRS).runs], hidden, base, catalogue)
     assert bench.evidence(before, named) > 20.0
     assert outdone.outdone(bench, named, before) < 0.5
+    assert not examine(bench, named, before).outdone

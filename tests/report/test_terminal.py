@@ -42,6 +42,28 @@ def test_short_enough_to_stay_on_the_screen(diagnosis: Record) -> None:
     assert len(printed(diagnosis).splitlines()) <= 20
 
 
+def test_how_large_what_is_missing_is_unless_it_is_not_what_it_is_called(diagnosis: Record) -> None:
+    found = {"amplitude": {"value": 0.0612, "stderr": 0.0041, "unit": "dph"}, "order": {"value": 2.0, "stderr": None, "unit": "1"}}
+    known = diagnosis | {"parameters": {"hysteresis": found, "shupe": found}}
+    lines = [line.strip() for line in printed(known).splitlines()]
+    assert [line for line in lines if "amplitude" in line] == ["hysteresis: amplitude 0.0612 ± 0.0041 °/h, order 2.00"]
+    outdone = known | {"verdict": "unknown", "outdone": True}
+    assert "amplitude" not in printed(outdone)
+    assert "Adding hysteresis (98 %) helps, but a function of one quantity does as well with fewer parameters." in " ".join(printed(outdone).split())
+
+
+def test_the_ladder_says_how_large_what_was_added_is(diagnosis: Record) -> None:
+    steps = [{"added": name, "effects": [], "rms": rms, "rms_check": rms} for name, rms in ((None, 0.07), ("hysteresis", 0.01))]
+    found = {"amplitude": {"value": 0.0612, "stderr": 0.0041, "unit": "dph"}}
+    record = {"verdict": "unknown", "unit": "dph", "noise_floor": 0.01, "ladder": steps, "parameters": {"hysteresis": found}}
+    for outdone, value, words in ((False, "amplitude 0.0612 ± 0.0041 °/h", "is not noise"), (True, "", "with fewer parameters")):
+        stream = io.StringIO()
+        print_ladder(record | {"outdone": outdone}, console=Console(file=stream, width=120, highlight=False))
+        assert words in stream.getvalue()
+        assert ("amplitude" in stream.getvalue()) is bool(value)
+        assert value in stream.getvalue()
+
+
 def test_names_are_no_markup(diagnosis: Record) -> None:
     diagnosis["candidates"][0]["effect"] = diagnosis["missing"][0] = "[red]x[/red]"
     assert "[red]x[/red]" in printed(diagnosis)

@@ -155,6 +155,7 @@ def _record(
         "noise": None if noise is None else asdict(noise),
         "readings": read,
         "verdict": "complete" if structure.is_noise and borne_out else "unknown",
+        "outdone": structure.outdone,
         "borne_out": borne_out,
         "strangers": strangers(bench, solutions, check_runs),
         "hot": too_hot([*bench.runs, *check_runs]),

@@ -68,11 +68,13 @@ class Structure:
         strain: the worst of its parts over what is allowed for it; noise has 1 or less.
         excess: χ² per degree of freedom − 1.
         dependences: significant free functions, best first.
+        outdone: whether it would be noise, were there no free function of one quantity that explains as much with fewer parameters.
     """
 
     strain: float
     excess: float
     dependences: tuple[Dependence, ...]
+    outdone: bool = False
 
     @property
     def is_noise(self) -> bool:
@@ -99,7 +101,8 @@ def examine(bench: Workbench, final: Solved, base: Solved) -> Structure:
     strains = list(test.strains())
     strain = min(max(0.0, *strains), 1.0) if test.quiet else max(0.0, *strains)
     found = (*[one for one in test.tried if one.matters], *([test.line] if test.line is not None and test.line.matters else []))
-    return Structure(strain, test.excess, found)
+    *others, last = strains  # where anything was added, that of free functions
+    return Structure(strain, test.excess, found, not test.alone and last > 1.0 >= max(others))
 
 
 def leaves_noise(bench: Workbench, final: Solved, base: Solved) -> bool:

@@ -17,7 +17,7 @@ from zoo.report.floors import Floors
 from zoo.report.notes import merged
 from zoo.report.page import scale_of
 from zoo.report.probable import probable_line
-from zoo.report.tables import CandidateRow, candidate_rows, ladder_rows, region_rows
+from zoo.report.tables import CandidateRow, candidate_rows, ladder_rows, parameter_rows, region_rows
 from zoo.report.verdict import Record, Verdict, ladder, missing, rms_after, verdict_of
 from zoo.report.wording import Scale, finite, joined
 
@@ -45,6 +45,7 @@ def print_diagnosis(diagnosis: Record, commands: Sequence[str] = (), console: Co
     with _readable(console or Console(highlight=False)) as out:
         _print_verdict(out, verdict_of(diagnosis))
         _print_numbers(out, diagnosis, scale)
+        _print_values(out, missing(diagnosis), diagnosis, scale)
         rows = [row for row in candidate_rows(diagnosis, scale) if row.likely][:CANDIDATES]
         if rows:
             out.print(_indented(_first_that_fits(out, _candidate_tables(rows, scale)), 1))
@@ -74,6 +75,7 @@ def print_ladder(
         _print_verdict(out, verdict_of({}, refinement))
         if diagnosis and (alternatives := probable_line(diagnosis)):
             out.print(_indented(Text(alternatives)))
+        _print_values(out, [rung.added for rung in rungs if rung.added], refinement, scale)
         if rungs:
             out.print(_indented(_first_that_fits(out, _ladder_tables(ladder_rows(rungs, scale, floors), scale)), 1))
         check = "" if floors.checked is None else f", of the check runs {scale.full(floors.checked)}"
@@ -115,6 +117,15 @@ def _print_numbers(out: Console, diagnosis: Record, scale: Scale) -> None:
     alternatives = probable_line(diagnosis)
     if alternatives:
         out.print(_indented(Text(alternatives)))
+
+
+def _print_values(out: Console, effects: Sequence[str], record: Record, scale: Scale) -> None:
+    """How large, where and when what was added is: a line an effect; nothing where it is not what it is called."""
+    parameters = {} if record.get("outdone") else record.get("parameters") or {}
+    for effect in effects:
+        values = [f"{name} {value} {'' if unit == '1' else unit}".rstrip() for name, value, unit in parameter_rows(parameters.get(effect), scale)]
+        if values:
+            out.print(_indented(Text(f"{effect}: {', '.join(values)}")))
 
 
 def _table(*columns: tuple[str, bool]) -> Table:

@@ -20,6 +20,8 @@ DOUBTFUL = 0.3
 """Probability from which on what may be missing is worth a word, where it is likelier than nothing."""
 LIKE_A_MISPLACED_COIL = ("sensor_lag", "thermal_gradient", "fixture_rotation", "shupe")
 """Effects that a coil which is not where the model has it looks like."""
+SIMPLER = "a function of one quantity does as well with fewer parameters"
+"""Said of effects that a free function outdoes: see `zoo.diagnosis.outdone`."""
 NAMED = 2
 """More effects than so many that cannot be told from one are counted in the headline, and named below it."""
 
@@ -248,6 +250,7 @@ def _what_unknown_means(diagnosis: Record) -> list[str]:
     if missing(diagnosis):
         ratio = excess(diagnosis.get("rms_final"), diagnosis.get("noise_floor"))
         ending = f"what is left is still {times(ratio)} the noise floor." if ratio and ratio > WORTH_TELLING else "what is left is still not noise."
+        ending = f"{SIMPLER}." if diagnosis.get("outdone") else ending
         sentences.append(f"Adding {joined(_named(diagnosis))} helps, but {ending}")
         words = _described(diagnosis)
         if words:
@@ -326,11 +329,9 @@ def _refined(diagnosis: Record, refinement: Record) -> Verdict:
         headline, sentences = _not_borne_out(rungs, refinement)
         return Verdict("unknown", f"{headline} {done}", sentences + _no_lower(rungs) + _better_without(refinement))
     if added:
-        return Verdict(
-            "unknown",
-            f"Still incomplete {done}",
-            ["What is left is not noise.", *_no_lower(rungs), *_better_without(refinement), *unexplained(diagnosis, done=True)],
-        )
+        left = f"It fits, but {SIMPLER}." if refinement.get("outdone") else "What is left is not noise."
+        more = [*_no_lower(rungs), *_better_without(refinement), *unexplained(diagnosis, done=True)]
+        return Verdict("unknown", f"Still incomplete {done}", [left, *more])
     if badly_trained(refinement):
         return _bad_training({**refinement, "rms": rungs[-1].rms if rungs else None})
     return verdict_of(diagnosis) if diagnosis.get("verdict") else Verdict("unknown", "Incomplete", ["What is left is not noise."])
