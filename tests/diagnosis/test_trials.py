@@ -26,6 +26,16 @@ def test_beside_noise_only_what_a_glance_has_something_of_is_refitted(rms, count
     assert (worth_a_refit(bench, trials[1:], before) == []) is (count == 1)
 
 
+@pytest.mark.parametrize(("hidden", "all_of_them"), [("aging", True), ("warm_up", False)])
+def test_beside_a_walk_all_are_looked_at_unless_one_is_overwhelming(runs, catalogue, base, hidden, all_of_them) -> None:
+    """A walk makes little of what is slow: what explains a little under it may be all that it stands for."""
+    bench = open_bench(runs(hidden), base, catalogue)
+    before = bench.begin(tuple(base))
+    assert bench.mixtures.much_walk(before.likely.noise)
+    trials = glances(bench, before, screen(bench, before, [name for name in bench.available() if name not in base]))
+    assert all(trial.solved is not None for trial in trials) is all_of_them
+
+
 def test_where_a_screening_looked_already_a_refit_does_not_look_again(runs, catalogue, base, monkeypatch) -> None:
     bench = open_bench(runs("glass_transition"), base, catalogue)
     solved = bench.begin(tuple(base))

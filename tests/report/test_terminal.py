@@ -44,6 +44,7 @@ def test_short_enough_to_stay_on_the_screen(diagnosis: Record) -> None:
 
 def test_how_large_what_is_missing_is_unless_it_is_not_what_it_is_called(diagnosis: Record) -> None:
     found = {"amplitude": {"value": 0.0612, "stderr": 0.0041, "unit": "dph"}, "order": {"value": 2.0, "stderr": None, "unit": "1"}}
+    found |= {"goes_on": {"value": 0.0, "stderr": None, "unit": "1"}}
     known = diagnosis | {"parameters": {"hysteresis": found, "shupe": found}}
     lines = [line.strip() for line in printed(known).splitlines()]
     assert [line for line in lines if "amplitude" in line] == ["hysteresis: amplitude 0.0612 ± 0.0041 °/h, order 2.00"]

@@ -130,10 +130,15 @@ def refit(
 
 
 def glances(bench: Workbench, before: Solved, candidates: list[Screened]) -> list[Trial]:
-    """The best candidates with nothing nonlinear refitted; others get what projection guesses, and no more than the least of these."""
+    """The best candidates with nothing nonlinear refitted; others get what projection guesses, and no more than the least of these.
+
+    Beside a walk, which makes little of whatever is slow, that tells too little: there all are looked at, unless one is overwhelming, for one may
+    leave no walk.
+    """
     guesses = [0.5 * one.gain - 0.5 * min(one.freedom, SURE) * math.log(bench.effective_samples) for one in candidates]
     least = max([HOPELESS, *sorted(guesses, reverse=True)[GLANCED : GLANCED + 1]])
-    hopeful = [one for one, guess in zip(candidates, guesses, strict=True) if guess > least or one is candidates[0]]
+    walks = bench.mixtures.much_walk(before.likely.noise) and max(guesses, default=0.0) < OVERWHELMING
+    hopeful = [one for one, guess in zip(candidates, guesses, strict=True) if walks or guess > least or one is candidates[0]]
 
     def glance(one: Screened) -> tuple[Fit, float]:
         solved = bench.peek(before, one.name, one.shape, one.start)

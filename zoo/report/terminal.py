@@ -120,10 +120,11 @@ def _print_numbers(out: Console, diagnosis: Record, scale: Scale) -> None:
 
 
 def _print_values(out: Console, effects: Sequence[str], record: Record, scale: Scale) -> None:
-    """How large, where and when what was added is: a line an effect; nothing where it is not what it is called."""
+    """How large, where and when what was added is: a line an effect, without switches that are off; nothing where it is not what it is called."""
     parameters = {} if record.get("outdone") else record.get("parameters") or {}
     for effect in effects:
-        values = [f"{name} {value} {'' if unit == '1' else unit}".rstrip() for name, value, unit in parameter_rows(parameters.get(effect), scale)]
+        known = [row for row in parameter_rows(parameters.get(effect), scale) if row[1] != "0"]
+        values = [f"{name} {value} {'' if unit == '1' else unit}".rstrip() for name, value, unit in known]
         if values:
             out.print(_indented(Text(f"{effect}: {', '.join(values)}")))
 
