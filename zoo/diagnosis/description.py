@@ -9,7 +9,7 @@ import torch
 from torch import Tensor
 
 from zoo.diagnosis.curve import fitted
-from zoo.diagnosis.form_search import FormBench, Tried
+from zoo.diagnosis.form_search import FormBench, Tried, best_form
 from zoo.diagnosis.form_words import sentence, shape_of
 from zoo.diagnosis.forms import POLYNOMIALS, wave
 from zoo.diagnosis.free_functions import SIGNIFICANT, TOGETHER, FreeFunction, functions_of, weigh
@@ -64,8 +64,7 @@ def describe(bench: Workbench, base: Solved) -> Description:
         bench: the runs.
         base: the model that leaves something unexplained.
     """
-    forms = FormBench(bench, base)
-    best = forms.best()
+    forms, best = best_form(bench, base)
     if share_of(best.solved, base) < SMOOTH and not _makes_noise(forms, best):
         return _nothing_smooth(bench, base)
     first = next(free for free in forms.frees if forms.has(free, best.effect.name))

@@ -155,6 +155,14 @@ class FormBench:
         self.frees = functions_of(self.bench, self.at)
 
 
+def best_form(bench: Workbench, base: Solved) -> tuple[FormBench, Tried]:
+    """The form that accounts best for what a model leaves, on the bench where it was found; looked for once."""
+    if not base.described:
+        forms = FormBench(bench, base)
+        base.described.append((forms, forms.best()))
+    return base.described[0]
+
+
 def simplest(tried: list[Tried]) -> Tried:
     """The one with the fewest parameters among those that are about as likely as the likeliest; of equals the likelier.
 

@@ -7,6 +7,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 
 from zoo.diagnosis.acceptance import ACCEPT, accepted, best_of, chosen_of, pruned
+from zoo.diagnosis.reach import out_of_reach
 from zoo.diagnosis.screening import Screened, screen
 from zoo.diagnosis.solved import Solved
 from zoo.diagnosis.structure import leaves_noise
@@ -96,7 +97,7 @@ def search(
         far = found.final.rms > FAR * bench.mixtures.white and not leaves_noise(bench, found.final, base)
         if far or not _exchange(bench, found, candidates, progress):
             break
-    if not leaves_noise(bench, found.final, base):
+    if not leaves_noise(bench, found.final, base) and not out_of_reach(bench, found.final, base):
         few = len(found.missing) < 2
         if few and single(bench, found):
             _forward(bench, found, candidates, progress)

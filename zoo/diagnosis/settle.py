@@ -8,6 +8,7 @@ from dataclasses import replace
 from functools import partial
 
 from zoo.diagnosis.acceptance import ACCEPT, chosen_of
+from zoo.diagnosis.reach import out_of_reach
 from zoo.diagnosis.readings import without_scatter
 from zoo.diagnosis.search import (
     IN_SIGHT,
@@ -47,7 +48,8 @@ def settle(
     """Search, and once more without the outliers or weighted by the noise that the first search left, where there are any or that is another noise.
 
     The white noise was read off differences of the error, which a fast effect enlarges; what is left of them tells better. Where the scatter of the
-    thermometers' readings matters, they are drawn smooth, before the search or, where a model on its way shows it, for another.
+    thermometers' readings matters, they are drawn smooth, before the search or, where a model on its way shows it, for another. What a free form
+    explains and no effect is no noise to weigh by.
 
     Args:
         bench: the runs under the noise assumed at first.
@@ -64,7 +66,7 @@ def settle(
         bench, found = clean, _again(clean, found, candidates, progress)
     likely, assumed = found.final.likely.noise, bench.noise
     as_assumed = likely.walk < SLOW * likely.white and likely.flicker < RECONSIDER * assumed.flicker
-    if as_assumed or bench.mixtures.much_walk(likely):
+    if as_assumed or bench.mixtures.much_walk(likely) or out_of_reach(bench, found.final, found.base):
         return bench, found
     again = bench.with_noise(likely)
     return again, replace(_again(again, found, candidates, progress), first=found.base)

@@ -6,7 +6,7 @@ import math
 from collections.abc import Collection
 from dataclasses import dataclass, field
 from functools import cached_property
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import torch
 from torch import Tensor
@@ -51,6 +51,7 @@ class Solved:
         prices: what its parameters cost in evidence, by the effects that were not trimmed, as far as it was asked for.
         freed: what free functions are worth beside it, those that were tried, by what they depend on.
         formed: evidence of the best of their forms with everything refitted, likewise.
+        described: the bench of forms and the best form of all, see `zoo.diagnosis.form_search.best_form`; empty until somebody asks.
     """
 
     names: tuple[str, ...]
@@ -62,6 +63,7 @@ class Solved:
     prices: dict[frozenset[str], float] = field(default_factory=dict)
     freed: dict[str, Freed] = field(default_factory=dict)
     formed: dict[str, float] = field(default_factory=dict)
+    described: list[tuple[Any, Any]] = field(default_factory=list)
 
     @cached_property
     def basis(self) -> Tensor:

@@ -1,0 +1,57 @@
+"""No further effects are looked for where one function of one quantity is ahead of all that they could explain."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import pytest
+import torch
+
+from zoo.diagnosis import search, settle
+from zoo.diagnosis.diagnose import open_bench
+from zoo.diagnosis.outdone import outdone
+from zoo.diagnosis.reach import out_of_reach
+from zoo.diagnosis.structure import leaves_noise
+from zoo.simulator.in_process import as_run
+
+
+def with_square(simulation, size, more=lambda time: 0.0 * time):
+    """Runs with the square of the coil's rate, of so large a standard deviation, and something of time beside it."""
+    found = []
+    for one in simulation().runs:
+        time, coil = one.truth["time_s"], one.truth["temperature_coil_c"]
+        square = torch.gradient(coil, spacing=(time / 60,))[0].square()
+        found.append(replace(as_run(one), error=as_run(one).error + size * (square - square.mean()) / square.std() + more(time)))
+    return found
+
+
+def telegraph(size):
+    chance = torch.Generator().manual_seed(7)
+    return lambda time: size * (1.0 - 2.0 * ((torch.rand(len(time), generator=chance, dtype=torch.float64) < 20.0 / 1500.0).cumsum(0) % 2))
+
+
+@pytest.mark.parametrize("beside", [0.0, 3.0])
+def test_only_where_a_form_leaves_noise(simulation, white, catalogue, base, beside) -> None:
+    """Where it leaves more, two effects might explain both."""
+    bench = open_bench(with_square(simulation, 4 * white, telegraph(beside * white)), base, catalogue)
+    before = bench.begin(tuple(base))
+    named = bench.add(before, "polarization", ("polarization",))
+    assert outdone(bench, named, before) > 1.0
+    assert out_of_reach(bench, named, before) is (beside == 0.0)
+
+
+def test_an_effect_that_is_there_is_never_out_of_reach(simulation, catalogue, base) -> None:
+    bench = open_bench([as_run(one) for one in simulation("rate_temperature_coupling").runs], base, catalogue)
+    before = bench.begin(tuple(base))
+    assert not out_of_reach(bench, bench.add(before, "rate_temperature_coupling", ("rate_temperature_coupling",)), before)
+
+
+def test_a_whole_search_finds_nothing_either_where_all_is_out_of_reach(simulation, white, catalogue, base, monkeypatch) -> None:
+    bench, candidates = open_bench(with_square(simulation, 4 * white), base, catalogue), ["polarization", "rate_temperature_coupling", "hysteresis"]
+    under, short = settle.settle(bench, tuple(base), candidates)
+    assert out_of_reach(under, short.final, short.base)
+    for module in (search, settle):
+        monkeypatch.setattr(module, "out_of_reach", lambda *_: False)
+    other, whole = settle.settle(bench, tuple(base), candidates)
+    assert not leaves_noise(other, whole.final, whole.base)
+    assert len(short.steps) < len(whole.steps)
