@@ -60,6 +60,19 @@ def test_the_few_isolated_blocks_that_a_model_leaves_far_off_go_and_more_of_them
         assert len(clean[0].notes) == len(given[0].notes) + (left > 0)
 
 
+def test_a_piece_of_a_block_may_be_farther_off_than_a_whole_one(runs, white) -> None:
+    """The last of a run, of a fifth of the samples."""
+    given = runs()
+    place = (given[0].block == given[0].blocks - 1).nonzero().flatten()
+    block = given[0].block.clone()
+    block[place[max(len(place) // 5, 1) :]] = -1
+    residuals = [torch.zeros(run.blocks, dtype=torch.float64) for run in given]
+    residuals[0][-1] = 5 * white
+    assert len(without_outliers(given, residuals, white)[0].notes) == len(given[0].notes) + 1
+    short = [replace(given[0], block=block), *given[1:]]
+    assert without_outliers(short, residuals, white) is short
+
+
 @pytest.mark.parametrize("sign", [1.0, -1.0])
 def test_lost_samples_go_without_the_rest_of_their_blocks(runs, catalogue, base, sign) -> None:
     """More of them than spoiled blocks may be; the model as it stands explains what is left."""

@@ -15,11 +15,13 @@ from zoo.diagnosis.refine import _of_readings, check_rms, refine
 from zoo.diagnosis.settle import settle
 from zoo.diagnosis.solved import Solved
 from zoo.diagnosis.structure import leaves_noise
+from zoo.diagnosis.workbench import Workbench
 from zoo.measurements.run import Run
 from zoo.measurements.steady import steadied
 from zoo.models.prediction import predict_blocks
 from zoo.report.verdict import verdict_of
 from zoo.scoring.stages import rms
+from zoo.simulator.in_process import as_run
 
 STRONG = "thermal_gradient"
 """Shupe's column where there are two thermometers: its RMS is a hundred times the noise before anything of it is beyond the base."""
@@ -42,6 +44,33 @@ def test_where_a_model_makes_little_of_them_nothing_is_touched(runs, base, catal
     bench = open_bench(runs("hysteresis"), base, catalogue)
     assert without_scatter(bench, [bench.begin(tuple(base))]) is bench
     assert bench.scatter == 0.0
+
+
+def test_what_filters_readings_must_explain_more_than_their_scatter(runs, base, catalogue) -> None:
+    """All that the scatter adds to χ² is what a filter could take away."""
+    bench = open_bench(runs("glass_transition"), base, catalogue)
+    bench.stirred = 0.3 * bench.mixtures.white
+    before, names = bench.begin(tuple(base)), ("fixture_rotation", "glass_transition")
+    added = [bench.add(before, name, (name,)) for name in names]
+    judged = [bench.evidence(before, one) for one in added]
+    bench.stirred = 0.0
+    for one in (before, *added):
+        one.prices.clear()
+    less = [bench.evidence(before, one) - known for one, known in zip(added, judged, strict=True)]
+    assert less == pytest.approx([0.5 * bench.blocks * 0.09, 0.0])
+
+
+def test_a_filter_of_readings_is_no_effect(simulation, white, catalogue, base, monkeypatch) -> None:
+    """A large coefficient of the true coil's rate, and thermometers that read in steps: nothing is hidden."""
+    few = {name: catalogue[name] for name in (*base, STRONG, "fixture_rotation", "sensor_lag")}
+    found = []
+    for one in simulation().runs:
+        time, coil = one.truth["time_s"], one.truth["temperature_coil_c"]
+        rate = torch.gradient(coil, spacing=(time / 60,))[0]
+        found.append(replace(as_run(one), error=as_run(one).error + 100.0 * white * rate))
+    assert diagnose(found, base, few).verdict == "complete"
+    monkeypatch.setattr(Workbench, "_of_readings", lambda *_: 0.0)
+    assert diagnose(found, base, few).record["missing"] == ["fixture_rotation"]
 
 
 def test_drawn_smooth_they_make_less_noise_and_what_is_left_is_reckoned_with(troubled, white) -> None:

@@ -97,7 +97,8 @@ def without_outliers(runs: list[Run], residuals: list[Tensor], sigma: float) -> 
         residuals: R of (N_r,) block means that the model leaves [unit].
         sigma: white noise of one block mean [unit].
     """
-    each = zip(residuals, levels_of(runs), strict=True)
+    even = [residual * run.block_share().sqrt() for run, residual in zip(runs, residuals, strict=True)]  # the last of a run is a piece of a block
+    each = zip(even, levels_of(runs), strict=True)
     found = [_alone(spikes(residual, level * sigma, FAR_FROM_MODEL), residual) for residual, level in each]
     few = [bad if int(bad.sum()) <= FEW_OUTLIERS else torch.zeros_like(bad) for bad in found]
     return [_without(run, bad) for run, bad in zip(runs, few, strict=True)] if any(bool(bad.any()) for bad in few) else runs

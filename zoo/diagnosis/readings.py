@@ -40,7 +40,9 @@ def without_scatter(bench: Workbench, models: Iterable[Solved]) -> Workbench:
         return bench
     random = torch.Generator().manual_seed(SEED)
     stirred = _design(bench, [_stirred(run, random) for run in bench.runs])
-    troubled = [one for one in models if rms(_output(one, stirred) - (one.design.error - one.residual)) > MATTERS * bench.mixtures.white]
+    stirs = [(one, rms(_output(one, stirred) - (one.design.error - one.residual))) for one in models]
+    bench.stirred = max([bench.stirred, *(made for _, made in stirs)])
+    troubled = [one for one, made in stirs if made > MATTERS * bench.mixtures.white]
     if not troubled:
         return bench
     steady = [steadied(run) for run in bench.runs]

@@ -241,14 +241,15 @@ def _bent_to(bench: Workbench, base: Solved) -> float:
     """How far the best free function at another coil and beside another noise is ahead of none, over what is allowed.
 
     A coil that has bent to what is missing, and flicker or a walk that has taken over the rest, leave little of its variance to be explained. So what
-    counts as a share is the gain in χ², of as many blocks.
+    counts as a share is the gain in χ², of as many blocks. What readings make of the model's output may go with what filters them.
     """
     freed = freed_of(bench, base)
+    made = (bench.stirred / bench.mixtures.white) ** 2
     needed = SIGNIFICANT + math.log(max(len(freed), 1))
 
     def strain(one: Freed) -> float:
         clear, share = one.evidence / needed, 2.0 * one.gain / bench.blocks
-        return max(min(clear, share / MATERIAL), min(clear / CLEAR, share / SLIGHT))
+        return max(min(clear, share / (MATERIAL + made)), min(clear / CLEAR, share / (SLIGHT + made)))
 
     return max(map(strain, freed.values()), default=0.0)
 

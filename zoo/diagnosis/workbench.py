@@ -76,6 +76,7 @@ class Workbench:
             scatter: RMS of what thermometers drawn smooth still make of a model's output, a part of the white noise [unit].
         """
         self.runs, self.noise, self.mixtures, self.scatter = runs, noise, mixtures, scatter
+        self.stirred = scatter  # RMS of what readings make of a model's output, drawn smooth or not; see `zoo.diagnosis.readings`
         self.inputs = list(runs[0].columns)
         self.whitener = Whitener(noise, mixtures.runs)
         self.in_motion = any(starts_in_motion(run) for run in runs)
@@ -296,7 +297,8 @@ class Workbench:
         do without it. That a slow column takes some of the noise away is no merit, see `NoiseMixtures.most_likely`.
 
         An effect that only one of them has is judged by those of its amplitudes that the runs call for, and costs what its sizes and shapes do, see
-        `zoo.diagnosis.occam`; any other parameter costs half the logarithm of the effective number of samples (Schwarz 1978).
+        `zoo.diagnosis.occam`; any other parameter costs half the logarithm of the effective number of samples (Schwarz 1978). What filters the
+        thermometers' readings must explain more than their scatter, which the rest of the model turns into a noise that is not quite white.
         """
         return gain(less.likelihood, more.likelihood) - (self._cost(more, less.names) - self._cost(less, more.names))
 
@@ -305,8 +307,13 @@ class Workbench:
         key = frozenset(common)
         if key not in solved.prices:
             optional = {name: places for name, places in solved.places().items() if name not in common}
-            solved.prices[key] = 0.5 * solved.fit.moved + solved.price(optional, math.log(self.effective_samples))
+            solved.prices[key] = 0.5 * solved.fit.moved + solved.price(optional, math.log(self.effective_samples)) + self._of_readings(solved, key)
         return solved.prices[key]
+
+    def _of_readings(self, solved: Solved, common: frozenset[str]) -> float:
+        """What an effect that filters the readings may explain of their scatter: gain of the log likelihood if it took that all away."""
+        filters = any(effect.filters for name, effect in solved.model.named_effects() if name not in common)
+        return 0.5 * self.blocks * (self.stirred / self.mixtures.white) ** 2 if filters else 0.0
 
     def noise_floor(self, solved: Solved) -> float:
         """RMS that the residual would have if it were the likeliest noise mixture: its variance less what the model's freedom absorbs [unit]."""
@@ -350,6 +357,7 @@ class Workbench:
     def _before(self, other: Workbench) -> Workbench:
         """Another bench on the same or nearly the same runs, with what this one found of effects that are the same to start from as well."""
         found = self._earlier | {solved.names: solved.fit.theta for solved in self._solved.values()}
+        other.stirred = other.scatter or self.stirred
         shared = {name for name, effect in self.effects.items() if other.effects.get(name) is effect}
         other._earlier = {names: theta for names, theta in found.items() if shared.issuperset(names)}
         return other

@@ -117,6 +117,7 @@ class Effect(nn.Module):
         instant: whether its columns at one moment depend on that moment alone, so that a search through many shapes may take means for moments.
         runs_together: whether its columns are right for several runs at once, along a leading axis (see `History`); faster than one by one.
         moments: which shapes are moments in a run, in hours, at which the columns jump.
+        filters: whether it is the thermometers' readings behind a filter and nothing else, as which it also makes up for their scatter.
         needs_varied_reference: whether the effect cannot be told from a bias where the true input is always the same.
         formula: plain-text formula.
         source: where it comes from.
@@ -133,6 +134,7 @@ class Effect(nn.Module):
     instant: ClassVar[bool] = False
     runs_together: ClassVar[bool] = False
     moments: ClassVar[tuple[str, ...]] = ()
+    filters: ClassVar[bool] = False
     needs_varied_reference: ClassVar[bool] = False
     formula: ClassVar[str] = ""
     source: ClassVar[str] = ""

@@ -20,6 +20,7 @@ class FixtureRotation(Effect):
     """
 
     name = "fixture_rotation"
+    filters = True
     runs_together = True
     place = "housing"
     shape = (Parameter("lag", 600.0, "s", 60.0, 3600.0, "log", source="prior: minutes to an hour", meaning="τ_f behind the housing"),)

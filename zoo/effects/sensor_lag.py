@@ -16,6 +16,7 @@ class SensorLag(Effect):
     """
 
     name = "sensor_lag"
+    filters = True
     runs_together = True
     place = "coil"
     shape = (

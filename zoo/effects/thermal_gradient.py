@@ -17,6 +17,7 @@ class ThermalGradient(Effect):
     """
 
     name = "thermal_gradient"
+    filters = True
     runs_together = True
     amplitudes = (
         Parameter("coefficient", 0.0, "unit/K", -10.0, 10.0, source="prior: Mohr's plateau at 2–3 K for 1 K/min", meaning="b_g, outside less main"),
