@@ -124,12 +124,22 @@ def test_noise_is_not_called_so_where_the_floor_says_otherwise(ratio: float, sai
 
 def test_a_complete_model_says_what_could_hide() -> None:
     complete: Record = {"verdict": "complete", "rms": 1.0, "noise_floor": 2.0}
-    assert "hide" not in words(complete)
+    assert "would not show" not in words(complete)
     sizes = {"a": 1.0, "b": 5.0, "c": 30.0, "d": None}
     said = words({**complete, "detection_limits": {name: {"size": size, "hidden": 0.5} for name, size in sizes.items()}})
-    assert "most of all b below 2.5× and c below 15.0× the noise floor, and d in any size." in said
+    assert "These runs would not show b below 2.5× and c below 15.0× the noise floor, and d in any size." in said
     absorbed = words({**complete, "detection_limits": {"d": {"size": None, "hidden": 1.0}}})
-    assert "most of all d in any size." in absorbed
+    assert "These runs would not show d in any size." in absorbed
+
+
+@pytest.mark.parametrize("walk", [0.5, 1.6])
+def test_noise_that_walks_more_than_most_is_told(walk: float) -> None:
+    """Its floor is above what is left, and something slow may be in it."""
+    noise = {"noise": {"white": 2.0, "flicker": 1.0, "walk": 2.0 * walk}, "noise_floor": 1.0}
+    rungs = [{"added": None, "effects": [], "rms": 9.0}, {"added": "aging", "effects": [], "rms": 1.0}]
+    complete, missing = {"verdict": "complete", "rms": 1.0}, {"verdict": "missing", "missing": ["aging"], "rms": 9.0, "rms_final": 1.0}
+    for said in (words(noise | complete), words(noise | missing), words({}, noise | {"verdict": "complete", "ladder": rungs})):
+        assert ("a walk of 1.6 times a block's white noise per √h" in said) is (walk == 1.6)
 
 
 def test_a_complete_model_in_doubt_says_of_what() -> None:

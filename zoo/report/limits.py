@@ -16,6 +16,9 @@ LEFT, RIGHT = 0.1, 100.0
 NAMED = 3
 """How many of the effects that hide best are named in a sentence."""
 
+MUCH = 0.79
+"""Walk per √h over a block's white noise from which it is worth a word: few gyros have more, see `zoo.diagnosis.noise_likelihood.MUCH_WALK`."""
+
 
 @dataclass(frozen=True)
 class LimitRow:
@@ -48,7 +51,17 @@ def what_could_hide(diagnosis: Record) -> list[str]:
     anyhow = [name for name, ratio in ratios.items() if ratio is None]
     told = [f"{joined(below)} the noise floor"] if below else []
     told += [f"{joined(anyhow)} in any size"] if anyhow else []
-    return [f"What is small could still hide: most of all {', and '.join(told)}."] if told else []
+    return [f"These runs would not show {', and '.join(told)}."] if told else []
+
+
+def what_walks(record: Record) -> list[str]:
+    """That what is left is taken for a walk as few gyros have, in a sentence; none where it is not."""
+    noise = record.get("noise") or {}
+    white, walk = finite(noise.get("white")), finite(noise.get("walk"))
+    if not white or not walk or walk < MUCH * white:
+        return []
+    taken = f"a walk of {walk / white:.1f} times a block's white noise per √h, which is in the noise floor as well"
+    return [f"It wanders more than that of most gyros: it is taken for {taken}. Something slow may hide in it."]
 
 
 def _sizes(diagnosis: Record) -> list[tuple[str, float | None]]:

@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 from zoo.report.floors import WORTH_TELLING, Floors, excess
-from zoo.report.limits import what_could_hide
+from zoo.report.limits import what_could_hide, what_walks
 from zoo.report.trace import HELD_OUT, Trace, rms
 from zoo.report.wording import finite, joined, percent, reached_beyond, significant, times, unit_symbol
 
@@ -133,7 +133,8 @@ def _verdict(diagnosis: Record, refinement: Record | None) -> Verdict:
     if kind == "complete":
         left, doubt = _noise(excess(diagnosis.get("rms"), diagnosis.get("noise_floor"))), _in_doubt(diagnosis)
         headline = "The model may be complete" if doubt else "The model is complete"
-        return Verdict("complete", headline, [f"What it leaves {left}", doubt or "No effect has to be added.", *what_could_hide(diagnosis)])
+        told = [f"What it leaves {left}", *what_walks(diagnosis), doubt or "No effect has to be added.", *what_could_hide(diagnosis)]
+        return Verdict("complete", headline, told)
     if kind == "missing":
         return Verdict("missing", f"Missing: {joined(_named(diagnosis))}", _what_missing_means(diagnosis))
     if badly_trained(diagnosis):
@@ -199,7 +200,7 @@ def _chance(diagnosis: Record, names: list[str]) -> str:
 def _what_missing_means(diagnosis: Record) -> list[str]:
     names = missing(diagnosis)
     left = _noise(excess(rms_after(diagnosis, []), diagnosis.get("noise_floor")))
-    sentences = [f"With {'it' if len(names) == 1 else 'them'} added, what the model leaves {left}"]
+    sentences = [f"With {'it' if len(names) == 1 else 'them'} added, what the model leaves {left}", *what_walks(diagnosis)]
     for name in names:
         twins = _twins(diagnosis, name)
         if twins:
@@ -323,7 +324,7 @@ def _refined(diagnosis: Record, refinement: Record) -> Verdict:
     done = f"with {joined(added)} added" if added else "as it stands"
     if refinement.get("verdict") == "complete":
         left = _noise(excess(rungs[-1].rms if rungs else None, refinement.get("noise_floor")))
-        what = _of_readings(refinement) or [f"What it leaves {left}", *_checked(rungs, refinement)]
+        what = _of_readings(refinement) or [f"What it leaves {left}", *what_walks(refinement), *_checked(rungs, refinement)]
         return Verdict("complete", f"The model is complete {done}", [*what, *_no_lower(rungs), *_better_without(refinement)])
     if refinement.get("borne_out") is False and (added or _near(rungs, refinement)):
         headline, sentences = _not_borne_out(rungs, refinement)
