@@ -33,7 +33,7 @@ def without_scatter(bench: Workbench, models: Iterable[Solved]) -> Workbench:
     """The bench with its thermometers drawn smooth, what that leaves of their scatter being noise; itself where it matters in none of the models.
 
     Args:
-        bench: the runs and their noise.
+        bench: the runs and their noise; is told what readings make of the first model's output.
         models: fitted to them.
     """
     if bench.steadied:
@@ -41,7 +41,7 @@ def without_scatter(bench: Workbench, models: Iterable[Solved]) -> Workbench:
     random = torch.Generator().manual_seed(SEED)
     stirred = _design(bench, [_stirred(run, random) for run in bench.runs])
     stirs = [(one, rms(_output(one, stirred) - (one.design.error - one.residual))) for one in models]
-    bench.stirred = max([bench.stirred, *(made for _, made in stirs)])
+    bench.stirred = bench.stirred or next((made for _, made in stirs), 0.0)  # once, or two models would be judged by different prices
     troubled = [one for one, made in stirs if made > MATTERS * bench.mixtures.white]
     if not troubled:
         return bench
