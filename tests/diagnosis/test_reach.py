@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from itertools import product
 
 import pytest
 import torch
@@ -46,12 +47,11 @@ def test_an_effect_that_is_there_is_never_out_of_reach(simulation, catalogue, ba
     assert not out_of_reach(bench, bench.add(before, "rate_temperature_coupling", ("rate_temperature_coupling",)), before)
 
 
-def test_a_whole_search_finds_nothing_either_where_all_is_out_of_reach(simulation, white, catalogue, base, monkeypatch) -> None:
+def test_where_all_is_out_of_reach_no_two_effects_at_once_are_tried(simulation, white, catalogue, base, monkeypatch) -> None:
     bench, candidates = open_bench(with_square(simulation, 4 * white), base, catalogue), ["polarization", "rate_temperature_coupling", "hysteresis"]
-    under, short = settle.settle(bench, tuple(base), candidates)
-    assert out_of_reach(under, short.final, short.base)
-    for module in (search, settle):
-        monkeypatch.setattr(module, "out_of_reach", lambda *_: False)
-    other, whole = settle.settle(bench, tuple(base), candidates)
-    assert not leaves_noise(other, whole.final, whole.base)
-    assert len(short.steps) < len(whole.steps)
+    for module, way in product((search, settle), ("single", "by_evidence", "pair")):
+        monkeypatch.setattr(module, way, None)
+    under, found = settle.settle(bench, tuple(base), candidates)
+    assert found.missing
+    assert not leaves_noise(under, found.final, found.base)
+    assert out_of_reach(under, found.final, found.base)
