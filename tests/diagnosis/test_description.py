@@ -13,13 +13,12 @@ from torch import Generator
 from zoo.catalog import build
 from zoo.diagnosis.curve import fitted
 from zoo.diagnosis.description import describe
-from zoo.diagnosis.diagnose import _description, open_bench
+from zoo.diagnosis.diagnose import diagnose, open_bench
 from zoo.diagnosis.form_search import FormBench
 from zoo.diagnosis.form_words import shape_of
 from zoo.diagnosis.free_functions import functions_of, weigh
 from zoo.diagnosis.refine import refine
 from zoo.diagnosis.restless import correlation_time
-from zoo.diagnosis.search import Search
 from zoo.effects.bounds import to_physical
 from zoo.effects.checks import check_effect
 from zoo.models.graybox import GrayBox
@@ -135,10 +134,8 @@ def test_the_class_that_is_written_makes_the_model_complete(described, all_with_
 def test_what_helps_may_hide_what_nothing_explains(all_with_planted, catalogue, white, tmp_path) -> None:
     """A fringe in the temperature five times as large: beside it, what the model leaves goes with nothing; with it added, with the rate."""
     runs = [replace(run, error=run.error + 50 * white * torch.cos(2 * torch.pi * run.temperature / 17)) for run in all_with_planted("square")[:-1]]
-    bench = open_bench(runs, list(BASE), catalogue)
-    before = bench.begin(BASE)
-    fringe = bench.add(before, "polarization", ("polarization",))
-    record = {"verdict": "unknown", "missing": ["polarization"], "effects": list(BASE), **_description(bench, Search(before, fringe, path=[fringe]))}
+    record = diagnose(runs, list(BASE), catalogue).record
+    assert (record["verdict"], record["missing"][0]) == ("unknown", "polarization")
     assert record["unexplained_form"]["effects"] == [*BASE, "polarization"]
     assert "the size of the temperature rate" in record["unexplained"][0]["depends_on"]
     said = verdict_of(record)

@@ -1,4 +1,4 @@
-"""A named effect that a free form outdoes is not what it is; one that is there is outdone by none."""
+"""A named effect that a free form outdoes is not what it is; one that is there stays named and is outdone by none."""
 
 from __future__ import annotations
 
@@ -8,8 +8,7 @@ import pytest
 import torch
 
 from zoo.diagnosis import outdone
-from zoo.diagnosis.description import describe
-from zoo.diagnosis.diagnose import open_bench
+from zoo.diagnosis.diagnose import diagnose, open_bench
 from zoo.diagnosis.structure import examine
 from zoo.simulator.in_process import as_run
 from zoo.simulator.laboratory.profiles import campaign, tour
@@ -43,7 +42,11 @@ def test_a_form_that_is_fitted_with_the_coil_outdoes_what_its_function_on_a_grid
     bench, before, named = beside(runs, "glass_transition", base, catalogue)
     assert bench.evidence(before, named) > 100.0
     assert outdone.outdone(bench, named, before) > 2.0
+    record = diagnose(runs, base, catalogue).record
+    assert record["verdict"] == "unknown"
+    assert "the coil's temperature and its rate together" in [one["depends_on"] for one in record["unexplained"]]
     monkeypatch.setattr(outdone, "CONTESTED", float("inf"))
+    before.formed.clear()
     assert outdone.outdone(bench, named, before) < 0.2
 
 
@@ -54,10 +57,17 @@ def test_a_bend_of_the_bias_is_no_fringe(simulation, white, catalogue, base) -> 
     assert bench.evidence(before, named) > 100.0
     assert outdone.outdone(bench, named, before) > 2.0
     assert examine(bench, named, before).outdone
-    found = describe(bench, before)
-    assert found.words.startswith("It bends at ")
-    place = found.form["parameters"]["place"]
+    found = diagnose(runs, base, catalogue).record
+    assert (found["verdict"], found["outdone"]) == ("unknown", bool(found["missing"]))
+    assert found["unexplained_words"].startswith("It bends at ")
+    place = found["unexplained_form"]["parameters"]["place"]
     assert abs(place["value"] - 30.0) < 3.0 * place["stderr"] < 3.0
+
+
+@pytest.mark.parametrize("hidden", ["glass_transition", "viscoelastic", "rate_temperature_coupling"])
+def test_what_is_there_is_named_on_the_same_stairs(simulation, catalogue, base, hidden) -> None:
+    found = diagnose([as_run(one) for one in simulation(hidden, program=STAIRS).runs], base, catalogue)
+    assert (found.verdict, found.search.missing) == ("missing", [hidden])
 
 
 @pytest.mark.parametrize("hidden", ["glass_transition", "polarization"])
