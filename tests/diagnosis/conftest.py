@@ -3,11 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
 from functools import lru_cache, wraps
 from inspect import signature
 from typing import Any, TypeVar
 
 import pytest
+import torch
+from torch import Tensor
 
 from zoo.catalog import build, names
 from zoo.diagnosis.diagnose import Diagnosis, diagnose
@@ -60,6 +63,21 @@ def simulated(hidden: str = "", seed: int = 1, noises: float = 3.5, runs: int = 
 def diagnosed(hidden: str = "", seed: int = 1, noises: float = 3.5) -> Diagnosis:
     """What is said of it."""
     return diagnose([as_run(one) for one in simulated(hidden, seed, noises).runs], list(BASE), CATALOGUE)
+
+
+def planted_error(recorded: list[Any], error_of: Callable[[Tensor, Tensor], Tensor], size: float) -> list[Run]:
+    """Runs with an error of the true coil's temperature and its rate [K/min] added, of so large a standard deviation over all of them."""
+    added = []
+    for one in recorded:
+        coil = one.truth["temperature_coil_c"]
+        added.append(error_of(coil, torch.gradient(coil, spacing=(one.truth["time_s"] / 60,))[0]))
+    scale = size / torch.cat(added).std()
+    return [replace(as_run(one), error=as_run(one).error + scale * more) for one, more in zip(recorded, added, strict=True)]
+
+
+@pytest.fixture
+def with_error_of() -> Callable[..., list[Run]]:
+    return planted_error
 
 
 @pytest.fixture

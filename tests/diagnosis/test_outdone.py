@@ -2,10 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 import pytest
-import torch
 
 from zoo.diagnosis import outdone
 from zoo.diagnosis.diagnose import diagnose, open_bench
@@ -20,16 +17,6 @@ STAIRS = campaign(
 """Each temperature is passed at one rate only, and always upwards: what goes with both looks like much else."""
 
 
-def planted(recorded, error_of, size):
-    """Runs with an error of time, coil temperature and its rate [K/min] added, of so large a standard deviation."""
-    added = []
-    for one in recorded:
-        time, coil = one.truth["time_s"], one.truth["temperature_coil_c"]
-        added.append(error_of(coil, torch.gradient(coil, spacing=(time / 60,))[0]))
-    scale = size / torch.cat(added).std()
-    return [replace(as_run(one), error=as_run(one).error + scale * more) for one, more in zip(recorded, added, strict=True)]
-
-
 def beside(runs, name, base, catalogue):
     """The bench, the model as it stands and with one effect named."""
     bench = open_bench(runs, base, catalogue)
@@ -37,8 +24,10 @@ def beside(runs, name, base, catalogue):
     return bench, before, bench.add(before, name, (name,))
 
 
-def test_a_form_that_is_fitted_with_the_coil_outdoes_what_its_function_on_a_grid_does_not(simulation, white, catalogue, base, monkeypatch) -> None:
-    runs = planted(simulation(program=STAIRS).runs, lambda coil, rate: coil * rate.square(), 4 * white)
+def test_a_form_fitted_with_the_coil_outdoes_what_its_function_on_a_grid_does_not(
+    simulation, with_error_of, white, catalogue, base, monkeypatch
+) -> None:
+    runs = with_error_of(simulation(program=STAIRS).runs, lambda coil, rate: coil * rate.square(), 4 * white)
     bench, before, named = beside(runs, "glass_transition", base, catalogue)
     assert bench.evidence(before, named) > 100.0
     assert outdone.outdone(bench, named, before) > 2.0
@@ -50,9 +39,9 @@ def test_a_form_that_is_fitted_with_the_coil_outdoes_what_its_function_on_a_grid
     assert outdone.outdone(bench, named, before) < 0.2
 
 
-def test_a_bend_of_the_bias_is_no_fringe(simulation, white, catalogue, base) -> None:
+def test_a_bend_of_the_bias_is_no_fringe(simulation, with_error_of, white, catalogue, base) -> None:
     """With a period as long as the runs are warm, the lines of a polariser follow it; no polynomial does."""
-    runs = planted(simulation().runs, lambda coil, rate: (coil - 30.0).clamp_min(0.0), 30 * white)
+    runs = with_error_of(simulation().runs, lambda coil, rate: (coil - 30.0).clamp_min(0.0), 30 * white)
     bench, before, named = beside(runs, "polarization", base, catalogue)
     assert bench.evidence(before, named) > 100.0
     assert outdone.outdone(bench, named, before) > 2.0

@@ -16,14 +16,10 @@ from zoo.diagnosis.structure import leaves_noise
 from zoo.simulator.in_process import as_run
 
 
-def with_square(simulation, size, more=lambda time: 0.0 * time):
+def with_square(simulation, with_error_of, size, more=lambda time: 0.0 * time):
     """Runs with the square of the coil's rate, of so large a standard deviation, and something of time beside it."""
-    found = []
-    for one in simulation().runs:
-        time, coil = one.truth["time_s"], one.truth["temperature_coil_c"]
-        square = torch.gradient(coil, spacing=(time / 60,))[0].square()
-        found.append(replace(as_run(one), error=as_run(one).error + size * (square - square.mean()) / square.std() + more(time)))
-    return found
+    runs = with_error_of(simulation().runs, lambda coil, rate: rate.square(), size)
+    return [replace(run, error=run.error + more(run.time)) for run in runs]
 
 
 def telegraph(size):
@@ -32,9 +28,9 @@ def telegraph(size):
 
 
 @pytest.mark.parametrize("beside", [0.0, 3.0])
-def test_only_where_a_form_leaves_noise(simulation, white, catalogue, base, beside) -> None:
+def test_only_where_a_form_leaves_noise(simulation, with_error_of, white, catalogue, base, beside) -> None:
     """Where it leaves more, two effects might explain both."""
-    bench = open_bench(with_square(simulation, 4 * white, telegraph(beside * white)), base, catalogue)
+    bench = open_bench(with_square(simulation, with_error_of, 4 * white, telegraph(beside * white)), base, catalogue)
     before = bench.begin(tuple(base))
     named = bench.add(before, "polarization", ("polarization",))
     assert outdone(bench, named, before) > 1.0
@@ -47,8 +43,11 @@ def test_an_effect_that_is_there_is_never_out_of_reach(simulation, catalogue, ba
     assert not out_of_reach(bench, bench.add(before, "rate_temperature_coupling", ("rate_temperature_coupling",)), before)
 
 
-def test_where_all_is_out_of_reach_no_two_effects_at_once_are_tried(simulation, white, catalogue, base, monkeypatch) -> None:
-    bench, candidates = open_bench(with_square(simulation, 4 * white), base, catalogue), ["polarization", "rate_temperature_coupling", "hysteresis"]
+def test_where_all_is_out_of_reach_no_two_effects_at_once_are_tried(simulation, with_error_of, white, catalogue, base, monkeypatch) -> None:
+    bench, candidates = (
+        open_bench(with_square(simulation, with_error_of, 4 * white), base, catalogue),
+        ["polarization", "rate_temperature_coupling", "hysteresis"],
+    )
     for module, way in product((search, settle), ("single", "by_evidence", "pair")):
         monkeypatch.setattr(module, way, None)
     under, found = settle.settle(bench, tuple(base), candidates)
