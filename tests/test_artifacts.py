@@ -3,6 +3,9 @@
 from __future__ import annotations
 
 import json
+import multiprocessing
+import os
+import signal
 from pathlib import Path
 
 import pytest
@@ -42,6 +45,32 @@ def test_an_interrupted_write_leaves_the_old_file_and_nothing_else(tmp_path: Pat
         half()
     assert path.read_text() == "old"
     assert list(tmp_path.iterdir()) == [path]
+
+
+def write_into(place: Path) -> None:
+    (place / "inside" if place.is_dir() else place).write_text("some")
+
+
+def killed_while_writing(writes, path: Path) -> None:
+    with writes(path) as temporary:
+        write_into(temporary)
+        os.kill(os.getpid(), signal.SIGKILL)
+
+
+@pytest.mark.skipif(os.name != "posix", reason="nothing tells there whether a process lives")
+@pytest.mark.parametrize("writes", [replacing, folder_replacing])
+def test_what_a_killed_process_left_goes_with_the_next(tmp_path: Path, writes) -> None:
+    path, other = tmp_path / "a[1]", tmp_path / "a[1].b"
+    for one in (path, other):
+        process = multiprocessing.get_context("fork").Process(target=killed_while_writing, args=(writes, one))
+        process.start()
+        process.join()
+    _, others = sorted(tmp_path.iterdir(), key=lambda left: other.name in left.name)
+    with writes(path) as mine, writes(path) as second:
+        write_into(mine)
+        write_into(second)
+        assert set(tmp_path.iterdir()) == {mine, second, others}
+    assert set(tmp_path.iterdir()) == {path, others}
 
 
 def test_the_target_does_not_change_before_the_end(tmp_path: Path) -> None:

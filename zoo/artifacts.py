@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+import glob
 import json
+import os
+import platform
 import secrets
 import shutil
 from collections.abc import Iterator
@@ -34,7 +37,8 @@ def writable_folder(path: str | Path) -> Path:
 def replacing(path: str | Path) -> Iterator[Path]:
     """A temporary sibling to write to; takes the place of `path` when the block ends well and is removed when it does not.
 
-    The sibling lies in the same folder, since a rename is only atomic within one file system.
+    The sibling lies in the same folder, since a rename is only atomic within one file system. One that a killed process has left goes with the
+    next that is written.
 
     Raises:
         InputError: the folder cannot be written to, or `path` is a folder.
@@ -44,6 +48,7 @@ def replacing(path: str | Path) -> Iterator[Path]:
     writable_folder(target.parent)
     if target.is_dir():
         raise InputError(f"{target}: is a folder; name a file")
+    _clear_left(target)
     temporary = _sibling(target)
     try:
         yield temporary
@@ -58,14 +63,16 @@ def replacing(path: str | Path) -> Iterator[Path]:
 def folder_replacing(path: str | Path) -> Iterator[Path]:
     """A temporary folder to write to; becomes `path` when the block ends well and is removed when it does not.
 
-    Where somebody else's has taken that place in the meantime, theirs stays.
+    Where somebody else's has taken that place in the meantime, theirs stays. One that a killed process has left goes with the next.
 
     Raises:
         InputError: the folder above it cannot be written to.
         WorkError: writing failed half-way, as on a full disk.
     """
     target = Path(path)
-    temporary = _sibling(writable_folder(target.parent) / target.name)
+    writable_folder(target.parent)
+    _clear_left(target)
+    temporary = _sibling(target)
     try:
         temporary.mkdir()
         yield temporary
@@ -87,8 +94,28 @@ def _moved(folder: Path, target: Path) -> None:
 
 
 def _sibling(path: Path) -> Path:
-    # Ends in .part, so that no glob for measurements or results takes it for one.
-    return path.with_name(f".{path.name}.{secrets.token_hex(4)}.part")
+    # Ends in .part, so that no glob for measurements or results takes it for one; says who writes it, so that what nobody writes any more can go.
+    return path.with_name(f".{path.name}.{platform.node()}.{os.getpid()}.{secrets.token_hex(4)}.part")
+
+
+def _clear_left(path: Path) -> None:
+    """Remove what was to become `path` and was left by processes of this machine that were killed."""
+    if os.name != "posix":  # elsewhere a process cannot be asked for without harm
+        return
+    for left in path.parent.glob(glob.escape(f".{path.name}.{platform.node()}.") + "*.part"):
+        process = left.name.split(".")[-3]
+        if process.isdecimal() and not _lives(int(process)):
+            shutil.rmtree(left, ignore_errors=True) if left.is_dir() else left.unlink(missing_ok=True)
+
+
+def _lives(process: int) -> bool:
+    try:
+        os.kill(process, 0)
+    except ProcessLookupError:
+        return False
+    except PermissionError:  # somebody else's
+        pass
+    return True
 
 
 def write_text(path: str | Path, text: str) -> Path:
