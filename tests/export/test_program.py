@@ -51,14 +51,19 @@ def programs(request, network, graybox):
         "network and all effects": lambda: both(network("bp"), graybox(names("effects"), ("temperature_c", "temperature_outer_c"))),
     }
     model = made[request.param]()
-    return model, *to_programs(model, example(model.inputs, {}), {})
+    return model, *loaded(to_programs(model, example(model.inputs, {}), {}))
+
+
+def loaded(files: tuple[bytes, bytes]) -> tuple[nn.Module, nn.Module, torch.Tensor]:
+    """The two programs as a user runs them, and the state before the first sample; loading takes seconds where there are many effects."""
+    whole, step = (load_program(file) for file in files)
+    return whole.module(), step.module(), torch.full(step.example_inputs[0][1].shape, torch.nan, dtype=torch.float64)
 
 
 @pytest.mark.slow
 @torch.no_grad()
 def test_one_graph_for_runs_of_every_length(programs, record) -> None:
-    model, whole, _ = programs
-    program = load_program(whole).module()
+    model, program, _, _ = programs
     for samples in (1, 2, 3, 64, CHUNK, CHUNK + 1, CHUNK + 2, 1500):
         x = record(model.inputs, samples)
         torch.testing.assert_close(program(x), model(x), rtol=0, atol=1e-11 * float(model(x).abs().max()))
@@ -87,14 +92,12 @@ def test_what_torch_export_does_not_take_is_told_in_a_line_or_two() -> None:
 @pytest.mark.slow
 @torch.no_grad()
 def test_states_are_handed_on_and_two_records_do_not_meet(programs, record) -> None:
-    model, _, step = programs
-    program = load_program(step)
-    fresh = torch.full(program.example_inputs[0][1].shape, torch.nan, dtype=torch.float64)
+    model, _, step, fresh = programs
     records = [record(model.inputs, 60, seed) for seed in (1, 2)]
-    states, found, module = [fresh, fresh], [[], []], program.module()
+    states, found = [fresh, fresh], [[], []]
     for k in range(60):
         for one in (0, 1):
-            predicted, states[one] = module(records[one][k], states[one])
+            predicted, states[one] = step(records[one][k], states[one])
             found[one].append(predicted)
     for one in (0, 1):
         wanted = model(records[one])
@@ -114,22 +117,21 @@ def stained(x: torch.Tensor) -> torch.Tensor:
 @pytest.mark.slow
 @torch.no_grad()
 def test_rows_that_cannot_be_used_leave_no_trace_in_any_file(programs, record) -> None:
-    model, whole, step = programs
+    model, whole, step, state = programs
     x = stained(record(model.inputs, 80))
     script = load_torchscript(to_torchscript(model, "dph", example(model.inputs, {}), {}))
     usable = script.usable(x)
     wanted = torch.full_like(x[:, 0], torch.nan)
     wanted[usable] = model(x[usable])
     assert int((~usable).sum()) == 9
-    stepwise, one = load_program(step), []
-    state, module = torch.full(stepwise.example_inputs[0][1].shape, torch.nan, dtype=torch.float64), stepwise.module()
+    one = []
     for row in x:
-        predicted, state = module(row, state)
+        predicted, state = step(row, state)
         one.append(predicted)
-    found = {"model.ts": script(x), "step": torch.stack([script.step(row) for row in x]), "model.pt2": load_program(whole).module()(x)}
+    found = {"model.ts": script(x), "step": torch.stack([script.step(row) for row in x]), "model.pt2": whole(x)}
     for name, predicted in (found | {"step.pt2": torch.stack(one)}).items():
         torch.testing.assert_close(predicted, wanted, rtol=0, atol=1e-11 * float(wanted.nan_to_num().abs().max()), equal_nan=True, msg=name)
-    assert load_program(whole).module()(torch.full_like(x[:3], torch.nan)).isnan().all()
+    assert whole(torch.full_like(x[:3], torch.nan)).isnan().all()
 
 
 @torch.no_grad()
@@ -140,15 +142,13 @@ def test_a_thermometer_that_stood_still_in_training_is_inside_where_it_stands_st
     x[:, 2] = 23.37
     watched = Watched(model)
     ranges = {name: (float(one.min()), float(one.max())) for name, one in zip(watched.names, watched(x).T, strict=True) if name != "time_s"}
-    files = to_programs(model, example(model.inputs, ranges), ranges, refuse_outside=True)
+    whole, step, state = loaded(to_programs(model, example(model.inputs, ranges), ranges, refuse_outside=True))
     script = load_torchscript(to_torchscript(model, "dph", example(model.inputs, ranges), ranges, refuse_outside=True))
-    step = load_program(files[1])
-    state, module = torch.full(step.example_inputs[0][1].shape, torch.nan, dtype=torch.float64), step.module()
     for row in x:
-        predicted, state = module(row, state)
+        predicted, state = step(row, state)
         assert not bool(predicted.isnan())
         assert not bool(script.step(row).isnan())
-    assert not bool(script(x).isnan().any() | load_program(files[0]).module()(x).isnan().any())
+    assert not bool(script(x).isnan().any() | whole(x).isnan().any())
     x[200:, 2] += 1.0
     assert bool(script(x)[200:].isnan().all())
 
@@ -161,16 +161,14 @@ def test_programs_refuse_what_lies_outside_where_that_is_asked(network, graybox,
     model = network("bp", features=["temperature", "temperature_rate"])
     model = both(model, graybox(["hysteresis"])) if kind == "hybrid" else model
     x, ranges = record(model.inputs, 400), {"temperature_c": (-20.0, 40.0), "temperature_rate": (-2.0, 2.0)}
-    files = to_programs(model, example(model.inputs, {}), ranges, refuse_outside=True)
+    whole, step, state = loaded(to_programs(model, example(model.inputs, {}), ranges, refuse_outside=True))
     script = load_torchscript(to_torchscript(model, "dph", example(model.inputs, {}), ranges, refuse_outside=True))
     wanted, watched = script(x), Watched(model)
     refused = {name: outside(watched(x), watched.names, {name: one}).any(1) for name, one in ranges.items()}
     by_column, by_rate = refused.values()
     assert min(int(rows.sum()) for rows in (by_column & ~by_rate, by_rate & ~by_column, ~by_column & ~by_rate)) > 0
     assert torch.equal(wanted.isnan(), by_column | by_rate)
-    torch.testing.assert_close(load_program(files[0]).module()(x), wanted, rtol=0, atol=1e-11, equal_nan=True)
-    step = load_program(files[1])
-    state, module = torch.full(step.example_inputs[0][1].shape, torch.nan, dtype=torch.float64), step.module()
+    torch.testing.assert_close(whole(x), wanted, rtol=0, atol=1e-11, equal_nan=True)
     for row, one in zip(x, wanted, strict=True):
-        predicted, state = module(row, state)
+        predicted, state = step(row, state)
         torch.testing.assert_close(predicted, one, rtol=0, atol=1e-11, equal_nan=True)
