@@ -10,11 +10,13 @@ import pytest
 import torch
 from torch import Generator, Tensor
 
+from zoo.diagnosis.diagnose import diagnose
 from zoo.diagnosis.parameters import SLOWLY_KNOWN, fitted_parameters, scores
 from zoo.diagnosis.solved import Solved
 from zoo.effects.bounds import to_unit
 from zoo.fitting.parameters import ANYWHERE, parameters_of
 from zoo.fitting.variable_projection import fit
+from zoo.report.limits import beyond_plausible
 from zoo.scoring.noise import NoiseModel
 
 DRAWS = 30
@@ -110,3 +112,16 @@ def test_of_what_the_runs_say_nothing_no_error_is_told(diagnosis) -> None:
     told = [parameters_of(solved.model, solved.fit, "dph", some)[one[0]][one[1].name]["stderr"] for some in (known, covariance)]
     assert told[0] > 0
     assert told[1] is None
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("width", "at_bound"), [(8.0, None), (60.0, "high")])
+def test_what_the_runs_want_beyond_its_bounds_is_marked(simulation, with_error_of, catalogue, base, white, width, at_bound) -> None:
+    """A transition of 60 K is no glass transition of a potting: with 20 K it explains most of it, and whoever reads is warned."""
+    runs = with_error_of(simulation().runs, lambda coil, rate: torch.sigmoid((coil - 20.0) / width) * rate, 20 * white)
+    found = diagnose(runs, base, {name: catalogue[name] for name in (*base, "glass_transition")}).record
+    assert found["missing"] == ["glass_transition"]
+    assert found["parameters"]["glass_transition"]["width"].get("at_bound") == at_bound
+    (entry,) = (one for one in found["candidates"] if one["effect"] == "glass_transition")
+    assert entry["parameters"] == found["parameters"]["glass_transition"]
+    assert bool(beyond_plausible(found, found["missing"])) is bool(at_bound)

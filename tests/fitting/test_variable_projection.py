@@ -93,6 +93,24 @@ def test_bounds_hold_and_the_fit_rests_on_them(outside, bound) -> None:
     assert all(float(theta.min()) >= 0 and float(theta.max()) <= 1 for theta in seen), "nothing was ever computed out of bounds"
 
 
+@pytest.mark.parametrize(("bound", "side"), [(1.0, 1.0), (0.0, -1.0)], ids=["above", "below"])
+@pytest.mark.parametrize("beyond", [0.5, 2.0, 6.0])
+def test_how_far_what_fits_best_lies_beyond_the_bound(bound, side, beyond) -> None:
+    """In standard deviations, as a fit would have it that knows of no bound."""
+    accuracy, near = 1e-6, 1e-4
+    edge, inside = (decays(torch.tensor([[theta]], dtype=torch.float64))[0, :, :1] / accuracy for theta in (bound, bound - side * near))
+    change = (edge - inside)[:, 0] / near
+    spread = 1.0 / float(project(edge, change).cost) ** 0.5
+    target = decays(torch.tensor([[bound + side * beyond * spread]], dtype=torch.float64))[0, :, 0]
+    found = fit(lambda theta: decays(theta)[..., :1] / accuracy, target / accuracy, at(2.0), iterations=60, tolerance=1e-12)
+    assert float(found.theta[0]) == bound
+    assert float(found.pressed[0]) == pytest.approx(side * beyond, rel=0.02)
+
+
+def test_nothing_is_pressed_where_the_best_fit_lies_within() -> None:
+    assert fit(decays, planted((0.6, 4.0), (2.0, -1.5, 0.5)), at(0.5, 5.0), iterations=60).pressed.tolist() == [0.0, 0.0]
+
+
 def test_a_parameter_on_a_bound_does_not_hold_the_others_up() -> None:
     """The slow decay is slower than the bound allows; the fast one still goes where the profile of the cost is least."""
 

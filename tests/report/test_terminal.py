@@ -53,6 +53,18 @@ def test_how_large_what_is_missing_is_unless_it_is_not_what_it_is_called(diagnos
     assert "Adding hysteresis (98 %) helps, but a function of one quantity does as well with fewer parameters." in " ".join(printed(outdone).split())
 
 
+def test_what_the_runs_want_beyond_its_bounds_is_no_value_of_the_gyros(diagnosis: Record, refinement: Record) -> None:
+    found = {"width": {"value": 20.0, "stderr": 0.24, "unit": "K", "at_bound": "high"}, "spread": {"value": 40.0, "stderr": 3.0, "unit": "K"}}
+    words = "The runs ask more of hysteresis than is plausible (width ≥ 20.0 K): it may stand in for another effect"
+    told = printed(diagnosis | {"parameters": {"hysteresis": found, "shupe": found}}, width=200)
+    assert words in told
+    assert "more of shupe" not in told
+    assert "hysteresis: width ≥ 20.0 K, spread 40.0 ± 3.0 K" in told
+    stream = io.StringIO()
+    print_ladder(refinement | {"parameters": {"hysteresis": found}}, console=Console(file=stream, width=200, highlight=False))
+    assert words in stream.getvalue()
+
+
 def test_the_ladder_says_how_large_what_was_added_is(diagnosis: Record) -> None:
     steps = [{"added": name, "effects": [], "rms": rms, "rms_check": rms} for name, rms in ((None, 0.07), ("hysteresis", 0.01))]
     found = {"amplitude": {"value": 0.0612, "stderr": 0.0041, "unit": "dph"}}

@@ -40,6 +40,12 @@ def test_a_value_is_as_long_as_its_error_allows(value: float, stderr: float | No
     assert with_error(value, stderr) == text
 
 
+@pytest.mark.parametrize(("at_bound", "text"), [("low", "≤ 6.10"), ("high", "≥ 6.10"), (None, "6.10 ± 0.40")])
+def test_a_value_on_its_bound_is_a_limit(at_bound: str | None, text: str) -> None:
+    assert with_error(6.1, 0.4, at_bound) == text
+    assert Scale.of("dph", 0.008, 0.07).parameter(6.1, 0.4, "K", at_bound) == (text, "K")
+
+
 @pytest.mark.parametrize(("share", "text"), [(0.983, "98 %"), (1.0, "> 99 %"), (0.0, "< 1 %"), (None, "–")])
 def test_nothing_is_certain(share: float | None, text: str) -> None:
     assert percent(share) == text

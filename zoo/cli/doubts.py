@@ -92,7 +92,7 @@ def _at_bounds(model: Model) -> Iterator[str]:
     held = [
         f"{owner}.{one.name} = {significant(one.low if place <= NEAR_BOUND else one.high)}{'' if one.unit == '1' else ' ' + one.unit}"
         for (owner, one), place in zip(model.physics.parameters_of_theta(), model.physics.theta().tolist(), strict=True)
-        if owner != "coil" and one.scale not in {"index", "share"} and not NEAR_BOUND < place < 1.0 - NEAR_BOUND
+        if owner != "coil" and not one.ends_as_likely and not NEAR_BOUND < place < 1.0 - NEAR_BOUND
     ]
     if held:
         yield (

@@ -67,6 +67,11 @@ class Parameter:
         if fault:
             raise InputError(f"parameter '{self.name}': {fault}")
 
+    @property
+    def ends_as_likely(self) -> bool:
+        """Whether the bounds are values like all others, and not the ends of what is plausible."""
+        return self.scale in {"index", "share"}
+
 
 @dataclass(frozen=True, eq=False)
 class History:

@@ -17,10 +17,14 @@ Fitted = dict[str, dict[str, Any]]
 
 ANYWHERE = 10.0
 """Standard error of a nonlinear parameter, in ranges between its bounds, beyond which the runs say nothing of it."""
+PRESSED = 2.0
+"""Standard deviations beyond a bound from which on the runs speak for a value that is not possible."""
 
 
 def parameters_of(model: GrayBox, fit: Fit, unit: str, covariance: Tensor | None = None, least: Tensor | None = None) -> dict[str, Fitted]:
     """Value, standard error and unit of every parameter, by owner (``"coil"`` or an effect) and name.
+
+    What the runs would have beyond its bound has ``"at_bound": "low"`` or ``"high"`` as well: an effect with such a value may stand in for another.
 
     Args:
         model: the grey box.
@@ -34,11 +38,13 @@ def parameters_of(model: GrayBox, fit: Fit, unit: str, covariance: Tensor | None
         spread = torch.cat([torch.maximum(spread[: len(least)], least), spread[len(least) :]])
     declared = model.parameters_of_theta()
     parameters = [p for _, p in declared]
-    values, factors = to_physical(fit.theta, parameters), slope(fit.theta, parameters)
+    values, factors, pressed = to_physical(fit.theta, parameters), slope(fit.theta, parameters), fit.pressed.tolist()
     owners: dict[str, Fitted] = {"coil": {}, **{name: {} for name, _ in model.named_effects()}}
     for i, (owner, parameter) in enumerate(declared):
         error = spread[i] * factors[i].abs() if float(spread[i]) <= ANYWHERE else values.new_tensor(math.nan)
         owners[owner][parameter.name] = _entry(parameter, values[i], error, unit)
+        if abs(pressed[i]) > PRESSED and not parameter.ends_as_likely:
+            owners[owner][parameter.name]["at_bound"] = "low" if pressed[i] < 0 else "high"
     at = len(declared)
     for name, effect in model.named_effects():
         for parameter in effect.amplitudes:

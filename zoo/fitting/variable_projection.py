@@ -134,22 +134,34 @@ class Fit:
         unit = torch.where((norm > 0) & ~together, unit, torch.nan)
         return plain * inflate.unsqueeze(0) * inflate.unsqueeze(1) / unit.unsqueeze(0) / unit.unsqueeze(1)
 
-    def _held(self) -> Tensor:
-        """(P,) what a bound adds to what is known of each parameter, as one over a variance.
+    @property
+    def pressed(self) -> Tensor:
+        """(P,) by how many standard deviations what fits best lies beyond the bound that holds a parameter, below it negative; 0 where none holds it.
 
-        Where χ² rises by 2gδ + hδ² at a distance δ from the bound, everything else refitted, that of δ is the second moment of a normal distribution
-        of mean −g/h and variance 1/h cut off at 0: 1/h for g = 0, 2/g² where the bound is pressed against hard.
+        Where χ² rises by 2gδ + hδ² at a distance δ from the bound, everything else refitted, that is g/√h.
         """
-        added = torch.zeros_like(self.theta)
+        return torch.where(self.theta < 0.5, -1.0, 1.0) * self._at_edge()[0]
+
+    def _at_edge(self) -> tuple[Tensor, Tensor]:
+        """(P,) g/√h and h, see `pressed`; 0 of what no bound holds."""
         slopes = (self.edge.mT @ self.residual + self.prior.slope(self.theta)).abs()
+        beyond, steep = torch.zeros_like(slopes), torch.zeros_like(slopes)
         for i in self.edge.any(dim=0).nonzero().flatten().tolist():
             others = self.edge.clone()
             others[:, i] = 0.0
             left = project(torch.cat([self.columns, self.tangent, others], dim=1), self.edge[:, i]).cost
-            steep = (left + self.prior.weight.to(left)[i]).clamp_min(1e-30)
-            pressed = (slopes[i] / steep.sqrt()).clamp_max(1e6)
-            added[i] = steep / _second_moment(pressed) - steep
-        return added
+            steep[i] = (left + self.prior.weight.to(left)[i]).clamp_min(1e-30)
+            beyond[i] = (slopes[i] / steep[i].sqrt()).clamp_max(1e6)
+        return beyond, steep
+
+    def _held(self) -> Tensor:
+        """(P,) what a bound adds to what is known of each parameter, as one over a variance.
+
+        That of δ, see `pressed`, is the second moment of a normal distribution of mean −g/h and variance 1/h cut off at 0: 1/h for g = 0, 2/g² where
+        the bound is pressed against hard.
+        """
+        beyond, steep = self._at_edge()
+        return torch.where(steep > 0, steep / _second_moment(beyond) - steep, 0.0)
 
 
 HARD = 100.0

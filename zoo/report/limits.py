@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import Any
 
 from zoo.report.floors import excess
-from zoo.report.wording import Scale, finite, joined, times
+from zoo.report.wording import Scale, finite, joined, of_parameter, times, unit_symbol, with_error
 
 Record = dict[str, Any]
 
@@ -52,6 +53,18 @@ def what_could_hide(diagnosis: Record) -> list[str]:
     told = [f"{joined(below)} the noise floor"] if below else []
     told += [f"{joined(anyhow)} in any size"] if anyhow else []
     return [f"These runs would not show {', and '.join(told)}."] if told else []
+
+
+def beyond_plausible(record: Record, effects: Iterable[str]) -> list[str]:
+    """Which of these effects the runs want with values beyond their bounds, a sentence each."""
+    fitted, told = record.get("parameters") or {}, []
+    for effect in effects:
+        held = [(name, one) for name, one in (fitted.get(effect) or {}).items() if one.get("at_bound")]
+        values = [of_parameter(name, with_error(one.get("value"), None, one["at_bound"]), unit_symbol(one.get("unit"))) for name, one in held]
+        if values:
+            what = f"The runs ask more of {effect} than is plausible ({joined(values)})"
+            told.append(f"{what}: it may stand in for another effect; do not take its values for the gyro's.")
+    return told
 
 
 def what_walks(record: Record) -> list[str]:

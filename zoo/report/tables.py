@@ -77,7 +77,8 @@ def region_rows(where: list[Record], scale: Scale, floors: Floors | None = None)
 def parameter_rows(parameters: Any, scale: Scale) -> list[tuple[str, str, str]]:
     """Name, value ± standard error, unit."""
     found = parameters.items() if isinstance(parameters, dict) else ()
-    return [(str(name), *scale.parameter(p.get("value"), p.get("stderr"), p.get("unit"))) for name, p in found if isinstance(p, dict)]
+    asked = ("value", "stderr", "unit", "at_bound")
+    return [(str(name), *scale.parameter(*map(p.get, asked))) for name, p in found if isinstance(p, dict)]
 
 
 def candidate_rows(diagnosis: Record, scale: Scale, added: list[str] | None = None) -> list[CandidateRow]:

@@ -19,7 +19,7 @@ from zoo.report.page import scale_of
 from zoo.report.probable import probable_line
 from zoo.report.tables import CandidateRow, candidate_rows, ladder_rows, parameter_rows, region_rows
 from zoo.report.verdict import Record, Verdict, ladder, missing, rms_after, verdict_of
-from zoo.report.wording import Scale, finite, joined
+from zoo.report.wording import Scale, finite, joined, of_parameter
 
 COLORS = {"complete": "green", "missing": "yellow", "unknown": "red", "none": "red"}
 CANDIDATES, REGIONS, NOTES = 5, 3, 5
@@ -28,7 +28,8 @@ BAR, INDENT = 10, 2
 UNLIMITED = 10_000
 LONGEST_COMMAND = 1500
 _ASCII = str.maketrans(
-    {"°": "deg", "−": "-", "–": "-", "…": "..", "×": "x", "±": "+-", "·": "*", "Δ": "d", "█": "#", "░": ".", "µ": "u", "\u00a0": " "}
+    {"°": "deg", "−": "-", "–": "-", "…": "..", "×": "x", "±": "+-", "≤": "<=", "≥": ">=", "·": "*", "Δ": "d", "µ": "u", "\u00a0": " "}
+    | {"█": "#", "░": "."}
     | dict(zip("⁻⁰¹²³⁴⁵⁶⁷⁸⁹", "-0123456789", strict=True))
 )
 
@@ -124,7 +125,7 @@ def _print_values(out: Console, effects: Sequence[str], record: Record, scale: S
     parameters = {} if record.get("outdone") else record.get("parameters") or {}
     for effect in effects:
         known = [row for row in parameter_rows(parameters.get(effect), scale) if row[1] != "0"]
-        values = [f"{name} {value} {'' if unit == '1' else unit}".rstrip() for name, value, unit in known]
+        values = [of_parameter(*row) for row in known]
         if values:
             out.print(_indented(Text(f"{effect}: {', '.join(values)}")))
 

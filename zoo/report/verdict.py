@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 from zoo.report.floors import WORTH_TELLING, Floors, excess
-from zoo.report.limits import what_could_hide, what_walks
+from zoo.report.limits import beyond_plausible, what_could_hide, what_walks
 from zoo.report.trace import HELD_OUT, Trace, rms
 from zoo.report.wording import finite, joined, percent, reached_beyond, significant, times, unit_symbol
 
@@ -201,6 +201,7 @@ def _what_missing_means(diagnosis: Record) -> list[str]:
     names = missing(diagnosis)
     left = _noise(excess(rms_after(diagnosis, []), diagnosis.get("noise_floor")))
     sentences = [f"With {'it' if len(names) == 1 else 'them'} added, what the model leaves {left}", *what_walks(diagnosis)]
+    sentences += beyond_plausible(diagnosis, names)
     for name in names:
         twins = _twins(diagnosis, name)
         if twins:
@@ -325,7 +326,8 @@ def _refined(diagnosis: Record, refinement: Record) -> Verdict:
     if refinement.get("verdict") == "complete":
         left = _noise(excess(rungs[-1].rms if rungs else None, refinement.get("noise_floor")))
         what = _of_readings(refinement) or [f"What it leaves {left}", *what_walks(refinement), *_checked(rungs, refinement)]
-        return Verdict("complete", f"The model is complete {done}", [*what, *_no_lower(rungs), *_better_without(refinement)])
+        doubts = [*beyond_plausible(refinement, added), *_no_lower(rungs), *_better_without(refinement)]
+        return Verdict("complete", f"The model is complete {done}", [*what, *doubts])
     if refinement.get("borne_out") is False and (added or _near(rungs, refinement)):
         headline, sentences = _not_borne_out(rungs, refinement)
         return Verdict("unknown", f"{headline} {done}", sentences + _no_lower(rungs) + _better_without(refinement))

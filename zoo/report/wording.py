@@ -46,9 +46,14 @@ def significant(value: Any, digits: int = 3) -> str:
     return f"{fixed(number / 10.0**exponent, digits - 1)}·10{str(exponent).translate(_SUPERSCRIPT)}"
 
 
-def with_error(value: Any, stderr: Any) -> str:
-    """A value and its standard error, both rounded where the error's second digit is: ``6.10 ± 0.41``."""
+BEYOND = {"low": "≤", "high": "≥"}
+
+
+def with_error(value: Any, stderr: Any, at_bound: Any = None) -> str:
+    """A value and its standard error, both rounded where the error's second digit is: ``6.10 ± 0.41``; beyond its bound ``≥ 6``."""
     number, error = finite(value), finite(stderr)
+    if number is not None and at_bound in BEYOND:
+        return f"{BEYOND[at_bound]} {significant(number)}"
     if number is None or not error:
         return significant(number)
     size = max(abs(number), error)
@@ -102,6 +107,11 @@ def unit_symbol(unit: Any) -> str:
     """A unit, or a product with one, as usually written: ``unit_symbol("dph·min/K^2") == "°/h·min/K²"``."""
     text = re.sub(r"\^(-?\d+)", lambda match: match[1].translate(_SUPERSCRIPT), str(unit or ""))
     return re.sub(r"[A-Za-z_][A-Za-z_0-9]*", lambda match: UNITS[match[0]].symbol if match[0] in suffixes(*OUTPUT_QUANTITIES) else match[0], text)
+
+
+def of_parameter(name: str, value: str, symbol: str) -> str:
+    """``width 6.10 ± 0.41 K``."""
+    return f"{name} {value} {'' if symbol == '1' else symbol}".rstrip()
 
 
 def joined(names: Any, last: str = "and") -> str:
@@ -182,10 +192,10 @@ class Scale:
         text = self.text(value)
         return text if text == NONE else f"{text} {self.label}"
 
-    def parameter(self, value: Any, stderr: Any, unit: Any) -> tuple[str, str]:
+    def parameter(self, value: Any, stderr: Any, unit: Any, at_bound: Any = None) -> tuple[str, str]:
         """A parameter with its standard error, and its unit: in this scale where it is one of the output's unit or of a product with that."""
         symbol = unit_symbol(unit)
         if not self.exponent or not re.match(re.escape(self.symbol) + r"(?![A-Za-z²])", symbol):
-            return with_error(value, stderr), symbol
+            return with_error(value, stderr, at_bound), symbol
         number, error = (None if known is None else known * self.factor for known in (finite(value), finite(stderr)))
-        return with_error(number, error), self.label + symbol[len(self.symbol) :]
+        return with_error(number, error, at_bound), self.label + symbol[len(self.symbol) :]
