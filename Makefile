@@ -46,7 +46,7 @@ $(STAMP): pyproject.toml constraints.txt
 	@echo "install: pinned packages into $(VENV), once; a few minutes, most of it the download of torch"
 	@$(PIP) hatchling editables setuptools
 	@$(PIP) --no-build-isolation --no-compile -e '.[dev]'
-	@$(RUN) -m compileall -qq -j 0 $(VENV)/lib || true # on all cores; pip does it on one. Some packages bring files that are no Python
+	@$(RUN) -m compileall -qq -j 0 -x '/tests/' $(VENV)/lib || true # on all cores; pip does it on one. Some packages bring files that are no Python
 	@touch $@
 	@echo "install: done"
 
