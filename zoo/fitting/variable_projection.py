@@ -144,14 +144,13 @@ class Fit:
 
     def _at_edge(self) -> tuple[Tensor, Tensor]:
         """(P,) g/√h and h, see `pressed`; 0 of what no bound holds."""
-        slopes = (self.edge.mT @ self.residual + self.prior.slope(self.theta)).abs()
-        beyond, steep = torch.zeros_like(slopes), torch.zeros_like(slopes)
+        beyond, steep, drawn = torch.zeros_like(self.theta), torch.zeros_like(self.theta), self.prior.slope(self.theta)
         for i in self.edge.any(dim=0).nonzero().flatten().tolist():
             others = self.edge.clone()
             others[:, i] = 0.0
-            left = project(torch.cat([self.columns, self.tangent, others], dim=1), self.edge[:, i]).cost
-            steep[i] = (left + self.prior.weight.to(left)[i]).clamp_min(1e-30)
-            beyond[i] = (slopes[i] / steep[i].sqrt()).clamp_max(1e6)
+            own = project(torch.cat([self.columns, self.tangent, others], dim=1), self.edge[:, i]).residual
+            steep[i] = (own.square().sum() + self.prior.weight.to(own)[i]).clamp_min(1e-30)
+            beyond[i] = (own @ self.residual + drawn[i]).abs() / steep[i].sqrt()
         return beyond, steep
 
     def _held(self) -> Tensor:
