@@ -13,7 +13,7 @@ import pytest
 from hydra.core.override_parser.overrides_parser import OverridesParser
 
 from zoo.cli.application import run
-from zoo.cli.next_commands import stub_commands
+from zoo.cli.next_commands import form_is_better, stub_commands
 from zoo.report.unknown_stub import Stub
 
 PROGRAM = "profile.legs=[[20,20,1800],[20,50,3600],[50,50,1800],[50,0,3000],[0,0,1800],[0,20,3600],[20,20,1800]]"
@@ -66,3 +66,17 @@ def test_an_example_that_fits_nothing_is_not_to_be_refitted_with(tmp_path) -> No
     assert stub_commands({"unexplained_form": {"todo": True}}, tmp_path) == []
     assert stub_commands({"unexplained_form": None}, tmp_path) == []
     assert stub_commands({}, tmp_path) == []
+
+
+@pytest.mark.parametrize(
+    ("record", "first"),
+    [
+        ({"outdone": True, "rms_final": 0.01, "unexplained_form": {"rms": 0.02}}, True),
+        ({"outdone": False, "rms_final": 0.02, "unexplained_form": {"rms": 0.01}}, True),
+        ({"outdone": False, "rms_final": 0.01, "unexplained_form": {"rms": 0.02}}, False),
+        ({"outdone": False, "rms_final": 0.02, "unexplained_form": None}, False),
+        ({}, False),
+    ],
+)
+def test_a_class_that_leaves_less_than_what_helps_is_tried_first(record, first) -> None:
+    assert form_is_better(record) is first

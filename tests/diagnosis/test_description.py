@@ -114,6 +114,14 @@ def test_what_was_planted_is_described_and_accounted_for(described, white, key) 
 
 
 @pytest.mark.slow
+def test_what_is_large_is_told_as_simply_as_what_is_small(simulation, with_error_of, catalogue, white) -> None:
+    """A polynomial follows the errors of the coil's temperature as well, and is likelier for it; it says less."""
+    runs = with_error_of(simulation().runs, lambda coil, rate: rate**3, 30 * white)
+    bench = open_bench(runs, list(BASE), catalogue)
+    assert "about as its cube (exponent" in describe(bench, bench.solve(BASE)).words
+
+
+@pytest.mark.slow
 @pytest.mark.parametrize("key", ["square", "by_temperature", "highest", "summed"])
 def test_the_class_that_is_written_makes_the_model_complete(described, all_with_planted, catalogue, tmp_path, monkeypatch, key) -> None:
     *fitted_runs, check = all_with_planted(key)

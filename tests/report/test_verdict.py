@@ -219,6 +219,16 @@ def test_what_nothing_explains_is_said_in_the_diagnosis_own_words() -> None:
     assert "free smooth function" not in text
 
 
+ADDED = " Once that is added, 2.0× the noise floor is left."
+
+
+@pytest.mark.parametrize(("form", "said"), [({"rms": 0.02}, ADDED), ({"rms": 0.02, "todo": True}, ""), (None, "")])
+def test_what_the_form_would_leave_is_said(form: Record | None, said: str) -> None:
+    found: Record = {"verdict": "unknown", "unexplained_words": "It grows.", "unexplained_form": form, "noise_floor": 0.01}
+    assert words(found).endswith(f" It grows.{said}")
+    assert words(found | {"missing": ["aging"]}).endswith(f": it grows.{said}")
+
+
 def test_of_which_residual_it_is_said() -> None:
     found: Record = {"verdict": "unknown", "unexplained_words": WORDS, "missing": ["aging"]}
     assert "not noise. What the model leaves as it stands: it grows with" in words(found)

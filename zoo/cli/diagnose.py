@@ -11,7 +11,7 @@ from zoo.artifacts import write_json
 from zoo.cli.given_model import subject
 from zoo.cli.grown_model import examine
 from zoo.cli.inputs import read_data
-from zoo.cli.next_commands import next_commands, refine_words, save_command, stub_commands
+from zoo.cli.next_commands import form_is_better, next_commands, refine_words, save_command, stub_commands
 from zoo.models.prediction import usable_device
 from zoo.report.page_ahead import page_ahead
 from zoo.report.unknown_stub import stub_line, write_stub
@@ -45,7 +45,7 @@ def run(config: DictConfig, out: Path) -> Path:
         drawn = [*traces(fitted, "fit", base, refined, left, last.residual), *traces(check_runs, "check", base, refined)]
         stub = write_stub(found.record, out)
         known, own = next_commands(found.search.missing), stub_commands(found.record, out)
-        commands = [*own, *known] if found.structure.outdone else [*known, *own]
+        commands = [*own, *known] if form_is_better(found.record) else [*known, *own]
         if found.record["verdict"] == "complete" and asked.saved is None:
             commands = [save_command()]
         page.begin(out / "report.html", found.record, drawn, commands=commands, refine=refine_words())

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import shlex
 from collections.abc import Sequence
 from pathlib import Path
@@ -63,6 +64,12 @@ def stub_commands(diagnosis: dict[str, Any], out: Path) -> list[str]:
     form = diagnosis.get("unexplained_form")
     stub = stub_of(diagnosis) if form and not form["todo"] else None
     return [] if stub is None else stub.commands(out, refine_words())
+
+
+def form_is_better(diagnosis: dict[str, Any]) -> bool:
+    """Whether the class that was written is worth trying before the effects that help: it does as well, or leaves less."""
+    form = diagnosis.get("unexplained_form") or {}
+    return bool(diagnosis.get("outdone")) or form.get("rms", math.inf) < (diagnosis.get("rms_final") or 0.0)
 
 
 def compare_command(folder: Path, settings: Sequence[str]) -> str:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass, replace
 
-from zoo.diagnosis.forms import BENT, EVEN, EVEN_BY_TEMPERATURE, POLYNOMIALS, REMEMBERED, Form, forms_of
+from zoo.diagnosis.forms import BENT, EVEN, EVEN_BY_TEMPERATURE, ODD, POLYNOMIALS, REMEMBERED, Form, forms_of
 from zoo.diagnosis.free_functions import Axis, FreeFunction, functions_of, weigh
 from zoo.diagnosis.parameters import fitted_parameters
 from zoo.diagnosis.quantities import CLOCK, RATE, TEMPERATURE, Quantity
@@ -23,11 +23,12 @@ REFITTED = 3
 """How many of the best forms are refitted together with the model."""
 GLANCED = 8
 """How many of the best forms by projection have their evidence computed, to find these."""
-SIMPLER = 5.0
-"""Log Bayes factor that a form may fall short of the best by and still be preferred for its simplicity."""
+SIMPLER, SIMPLER_SHARE = 5.0, 0.02
+"""Log Bayes factor that a form may fall short of the best by and still be preferred for its simplicity; share of the best's, where that is more: what
+is large beside the noise is followed best by what bends to the coil's errors as well."""
 
-LIKELY_FORMS = ((RATE, EVEN), (RATE, EVEN_BY_TEMPERATURE), (RATE, REMEMBERED), (TEMPERATURE, BENT))
-"""Refitted in any case: nothing in the catalogue is even in the rate, and what is bends the coil most; and no polynomial shows a bend."""
+LIKELY_FORMS = ((RATE, EVEN), (RATE, ODD), (RATE, EVEN_BY_TEMPERATURE), (RATE, REMEMBERED), (TEMPERATURE, BENT))
+"""Refitted in any case: what goes with a power of the rate that nothing in the catalogue has bends the coil most; and no polynomial shows a bend."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -169,4 +170,7 @@ def simplest(tried: list[Tried]) -> Tried:
     A bent polynomial comes last: it says nothing beyond the range of the runs.
     """
     top = max(one.evidence for one in tried)
-    return min((one for one in tried if one.evidence > top - SIMPLER), key=lambda one: (one.freedom, one.form in POLYNOMIALS[1:], -one.evidence))
+    return min(
+        (one for one in tried if one.evidence > top - max(SIMPLER, SIMPLER_SHARE * top)),
+        key=lambda one: (one.freedom, one.form in POLYNOMIALS[1:], -one.evidence),
+    )

@@ -21,7 +21,8 @@ from zoo.report.sampled import known_noise, sampled_facts
 from zoo.report.template import filled
 from zoo.report.trace import Trace, rms
 from zoo.report.unknown_section import unknown_section
-from zoo.report.verdict import Record, ladder, missing, rms_after, unexplained, unfitted, verdict_of
+from zoo.report.unknown_words import unexplained
+from zoo.report.verdict import Record, ladder, missing, rms_after, unfitted, verdict_of
 from zoo.report.wording import DIAGNOSED, REFINED, Scale, finite, joined, significant
 
 REGIONS_SHOWN = 8

@@ -8,6 +8,7 @@ from typing import Any
 from zoo.report.floors import WORTH_TELLING, Floors, excess
 from zoo.report.limits import beyond_plausible, what_could_hide, what_walks
 from zoo.report.trace import HELD_OUT, Trace, rms
+from zoo.report.unknown_words import unexplained, unexplained_beside
 from zoo.report.wording import finite, joined, percent, reached_beyond, significant, times, unit_symbol
 
 Record = dict[str, Any]
@@ -254,45 +255,12 @@ def _what_unknown_means(diagnosis: Record) -> list[str]:
         ending = f"what is left is still {times(ratio)} the noise floor." if ratio and ratio > WORTH_TELLING else "what is left is still not noise."
         ending = f"{SIMPLER}." if diagnosis.get("outdone") else ending
         sentences.append(f"Adding {joined(_named(diagnosis))} helps, but {ending}")
-        words = _described(diagnosis)
-        if words:
-            return [*sentences, f"What the model leaves {_beside(diagnosis)}: {_continued(words)}", *_one_thermometer(diagnosis)]
+        told = unexplained_beside(diagnosis)
+        if told:
+            return [*sentences, *told, *_one_thermometer(diagnosis)]
     else:
         sentences.append("The residual is not noise, and no known effect makes it so.")
     return sentences + unexplained(diagnosis) + _one_thermometer(diagnosis)
-
-
-def unexplained(diagnosis: Record, done: bool = False) -> list[str]:
-    """What the unexplained residual looks like: in the diagnosis' own words, or one sentence a quantity; `done` where effects were added since."""
-    words = _described(diagnosis)
-    if words:
-        return [f"What was unexplained before: {_continued(words)}" if done else words]
-    facts = [fact for fact in diagnosis.get("unexplained") or [] if fact.get("depends_on")]
-    parts = [(_enclosed(str(fact["depends_on"])), percent(fact.get("explains"))) for fact in facts]
-    what = "have explained {} of the residual before." if done else "explain {} of the residual."
-    return [f"A free smooth function of {words} would {what.format(share)}" for words, share in parts]
-
-
-def _described(diagnosis: Record) -> str:
-    """The diagnosis' own words on what nothing explains; a value and its error stay on one line."""
-    return str(diagnosis.get("unexplained_words") or "").replace(" ± ", "\u00a0±\u00a0")
-
-
-def _beside(diagnosis: Record) -> str:
-    """Which model the words are of."""
-    form = diagnosis.get("unexplained_form") or {}
-    added = [str(name) for name in form.get("effects") or [] if name not in (diagnosis.get("effects") or [])]
-    return f"with {joined(added)} added" if added else "as it stands"
-
-
-def _continued(sentence: str) -> str:
-    """A sentence as it goes on after a colon."""
-    return sentence[:1].lower() + sentence[1:]
-
-
-def _enclosed(words: str) -> str:
-    """An apposition ends with a comma where it began with one."""
-    return f"{words}," if "," in words else words
 
 
 def worth_adding(refinement: Record) -> list[str] | None:
