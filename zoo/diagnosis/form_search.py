@@ -170,7 +170,5 @@ def simplest(tried: list[Tried]) -> Tried:
     A bent polynomial comes last: it says nothing beyond the range of the runs.
     """
     top = max(one.evidence for one in tried)
-    return min(
-        (one for one in tried if one.evidence > top - max(SIMPLER, SIMPLER_SHARE * top)),
-        key=lambda one: (one.freedom, one.form in POLYNOMIALS[1:], -one.evidence),
-    )
+    near = [one for one in tried if one.evidence > top - max(SIMPLER, SIMPLER_SHARE * top)]
+    return min(near, key=lambda one: (one.freedom, one.form in POLYNOMIALS[1:], -one.evidence))
