@@ -33,6 +33,7 @@ PLANTED = {
     "size": lambda time, coil, rate: rate.abs(),
     "root": lambda time, coil, rate: rate.abs().sqrt(),
     "cube": lambda time, coil, rate: rate**3,
+    "friction": lambda time, coil, rate: torch.tanh(rate / 0.1),
     "by_temperature": lambda time, coil, rate: coil * rate.square(),
     "highest": lambda time, coil, rate: torch.cummax(coil, dim=0).values,
     "memory": lambda time, coil, rate: lagged(time, rate.abs(), torch.tensor(2400.0, dtype=torch.float64)),
@@ -44,6 +45,7 @@ SAID = {
     "size": ("the size of the temperature rate", "in proportion to the size of the temperature rate, the same for heating and cooling"),
     "root": ("the size of the temperature rate", "the same for heating and cooling, about as its square root"),
     "cube": ("the coil's temperature rate", "It changes sign with"),
+    "friction": ("the coil's temperature rate", "and hardly grows beyond 0.1 K/min, like friction"),
     "by_temperature": ("the coil's temperature and its rate together", "through zero near"),
     "highest": ("the highest temperature so far", "in proportion to the highest temperature so far"),
     "memory": ("the size of the temperature rate of the last half hour", "with a memory of"),
@@ -114,11 +116,15 @@ def test_what_was_planted_is_described_and_accounted_for(described, white, key) 
 
 
 @pytest.mark.slow
-def test_what_is_large_is_told_as_simply_as_what_is_small(simulation, with_error_of, catalogue, white) -> None:
+@pytest.mark.parametrize(
+    ("error_of", "said"),
+    [(lambda rate: rate**3, "about as its cube (exponent"), (lambda rate: torch.tanh(rate / 0.6), "hardly grows beyond 0.6")],
+    ids=["cube", "saturated"],
+)
+def test_what_is_large_is_told_as_simply_as_what_is_small(simulation, with_error_of, catalogue, white, error_of, said) -> None:
     """A polynomial follows the errors of the coil's temperature as well, and is likelier for it; it says less."""
-    runs = with_error_of(simulation().runs, lambda coil, rate: rate**3, 30 * white)
-    bench = open_bench(runs, list(BASE), catalogue)
-    assert "about as its cube (exponent" in describe(bench, bench.solve(BASE)).words
+    bench = open_bench(with_error_of(simulation().runs, lambda coil, rate: error_of(rate), 30 * white), list(BASE), catalogue)
+    assert said in describe(bench, bench.solve(BASE)).words
 
 
 @pytest.mark.slow

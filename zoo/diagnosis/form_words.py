@@ -16,6 +16,8 @@ from zoo.units import SECONDS_PER_HOUR, SECONDS_PER_MINUTE, symbol
 NAMED_POWERS = {0.5: "its square root", 1.0: "in proportion to it", 1.5: "its power 1.5", 2.0: "its square", 3.0: "its cube"}
 NEAR_POWER = 0.1
 """An exponent so near to a named power, or within two standard errors of it, is called by its name."""
+LIKE_FRICTION = 0.3
+"""Rate [K/min] up to which what hardly grows any more is nearly one of two values."""
 SETTLED = 0.05
 """Share of a curve's range that it may go back by and still be called rising or falling."""
 
@@ -114,8 +116,9 @@ def _odd(tried: Tried, values: Found) -> str:
 
 
 def _saturating(tried: Tried, values: Found) -> str:
-    limit = number(values["size"]["value"], 2)
-    return f"It changes sign with {tried.quantity.words} and hardly grows beyond {limit} {tried.quantity.unit}, like friction."
+    limit = values["size"]["value"]
+    friction = ", like friction" if limit < LIKE_FRICTION else ""
+    return f"It changes sign with {tried.quantity.words} and hardly grows beyond {number(limit, 2)} {tried.quantity.unit}{friction}."
 
 
 def _by_temperature(tried: Tried, values: Found) -> str:

@@ -21,7 +21,7 @@ PRIOR = "engineering prior"
 EXPONENT = Parameter("exponent", 2.0, "1", 0.25, 4.0, "log", PRIOR, "p", grid=10)
 MEMORY = Parameter("memory", 1800.0, "s", 300.0, 14400.0, "log", PRIOR, "τ", grid=6)
 PERIOD_K = Parameter("period", 20.0, "K", 3.0, 40.0, "inverse", PRIOR, "P", grid=64)
-SIZE_KEPT = Parameter("size", 0.1, "K/min", 0.01, 0.3, "log", PRIOR, "s", grid=8)
+SIZE_KEPT = Parameter("size", 0.1, "K/min", 0.01, 1.0, "log", PRIOR, "s", grid=10)
 PLACE_C = Parameter("place", 20.0, "°C", -50.0, 80.0, "linear", PRIOR, "c", grid=27)
 WIDTH_K = Parameter("width", 3.0, "K", 0.5, 20.0, "log", PRIOR, "w", grid=4)
 ORDERS = (1, 2, 3, 6)
