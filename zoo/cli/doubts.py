@@ -12,7 +12,7 @@ from zoo.measurements.run import OUTPUT, Run
 from zoo.models.base import FeatureModel, Model
 from zoo.models.hybrid import Hybrid
 from zoo.models.prediction import block_features
-from zoo.report.wording import joined, percent, reached_beyond, significant, worse_than_none
+from zoo.report.wording import joined, of_parameter, percent, reached_beyond, significant, worse_than_none
 from zoo.scoring.stages import rms
 from zoo.units import symbol
 
@@ -90,7 +90,7 @@ def _at_bounds(model: Model) -> Iterator[str]:
     if not isinstance(model, Hybrid):
         return
     held = [
-        f"{owner}.{one.name} = {significant(one.low if place <= NEAR_BOUND else one.high)}{'' if one.unit == '1' else ' ' + one.unit}"
+        of_parameter(f"{owner}.{one.name} =", significant(one.low if place <= NEAR_BOUND else one.high), one.unit)
         for (owner, one), place in zip(model.physics.parameters_of_theta(), model.physics.theta().tolist(), strict=True)
         if owner != "coil" and not one.ends_as_likely and not NEAR_BOUND < place < 1.0 - NEAR_BOUND
     ]

@@ -47,6 +47,7 @@ def significant(value: Any, digits: int = 3) -> str:
 
 
 BEYOND = {"low": "≤", "high": "≥"}
+"""What goes before a value that the runs would have beyond its bound."""
 
 
 def with_error(value: Any, stderr: Any, at_bound: Any = None) -> str:
