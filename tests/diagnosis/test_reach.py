@@ -13,6 +13,7 @@ from zoo.diagnosis.diagnose import open_bench
 from zoo.diagnosis.outdone import outdone
 from zoo.diagnosis.reach import out_of_reach
 from zoo.diagnosis.structure import leaves_noise
+from zoo.diagnosis.workbench import Workbench
 from zoo.simulator.in_process import as_run
 
 
@@ -43,14 +44,18 @@ def test_an_effect_that_is_there_is_never_out_of_reach(simulation, catalogue, ba
     assert not out_of_reach(bench, bench.add(before, "rate_temperature_coupling", ("rate_temperature_coupling",)), before)
 
 
-def test_where_all_is_out_of_reach_no_two_effects_at_once_are_tried(simulation, with_error_of, white, catalogue, base, monkeypatch) -> None:
+def test_where_all_is_out_of_reach_no_further_effect_is_tried_and_nothing_is_an_outlier(
+    simulation, with_error_of, white, catalogue, base, monkeypatch
+) -> None:
     bench, candidates = (
         open_bench(with_square(simulation, with_error_of, 4 * white), base, catalogue),
         ["polarization", "rate_temperature_coupling", "hysteresis"],
     )
     for module, way in product((search, settle), ("single", "by_evidence", "pair")):
         monkeypatch.setattr(module, way, None)
+    monkeypatch.setattr(Workbench, "without_outliers", None)
     under, found = settle.settle(bench, tuple(base), candidates)
+    assert [step.before.names for step in found.steps] == [tuple(base)]
     assert found.missing
     assert not leaves_noise(under, found.final, found.base)
     assert out_of_reach(under, found.final, found.base)

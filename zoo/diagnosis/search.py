@@ -224,6 +224,8 @@ def _forward(
         assert best.solved is not None
         step.chosen = best.screened.name
         found.keep(pruned(bench, finished(bench, found.base, best.solved), found.base))
+        if out_of_reach(bench, found.final, found.base):
+            return
 
 
 def _round_beside(bench: Workbench, now: Solved, found: Search, candidates: list[str], progress: Callable[[str], None]) -> Step:

@@ -49,7 +49,7 @@ def settle(
 
     The white noise was read off differences of the error, which a fast effect enlarges; what is left of them tells better. Where the scatter of the
     thermometers' readings matters, they are drawn smooth, before the search or, where a model on its way shows it, for another. What a free form
-    explains and no effect is no noise to weigh by.
+    explains and no effect is neither noise to weigh by nor outliers.
 
     Args:
         bench: the runs under the noise assumed at first.
@@ -61,12 +61,14 @@ def settle(
     steady = without_scatter(bench, found.path)
     if steady is not bench:
         bench, found = _quietly(steady, names, candidates, progress)
-    clean = bench.without_outliers(found.final)
+    beyond = out_of_reach(bench, found.final, found.base)
+    clean = bench if beyond else bench.without_outliers(found.final)
     if clean is not bench:
         bench, found = clean, _again(clean, found, candidates, progress)
+        beyond = out_of_reach(bench, found.final, found.base)
     likely, assumed = found.final.likely.noise, bench.noise
     as_assumed = likely.walk < SLOW * likely.white and likely.flicker < RECONSIDER * assumed.flicker
-    if as_assumed or bench.mixtures.much_walk(likely) or out_of_reach(bench, found.final, found.base):
+    if as_assumed or bench.mixtures.much_walk(likely) or beyond:
         return bench, found
     again = bench.with_noise(likely)
     return again, replace(_again(again, found, candidates, progress), first=found.base)
