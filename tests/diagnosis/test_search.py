@@ -175,6 +175,7 @@ def test_a_walk_that_comes_back_to_where_it_was_ends(monkeypatch) -> None:
     monkeypatch.setattr(search, "chosen_of", chosen)
     monkeypatch.setattr(search, "finished", lambda _, __, solved: solved)
     monkeypatch.setattr(search, "pruned", lambda _, full, __: full)
+    monkeypatch.setattr(search, "out_of_reach", lambda *_: False)
     found = Search(base, base)
     search._forward(None, found, [], print)
     assert asked == [("s",), ("s", "a"), ("s", "b")]
