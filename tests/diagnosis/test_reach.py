@@ -44,18 +44,23 @@ def test_an_effect_that_is_there_is_never_out_of_reach(simulation, catalogue, ba
     assert not out_of_reach(bench, bench.add(before, "rate_temperature_coupling", ("rate_temperature_coupling",)), before)
 
 
-def test_where_all_is_out_of_reach_no_further_effect_is_tried_and_nothing_is_an_outlier(
+def test_where_all_is_out_of_reach_nothing_further_is_tried_and_a_whole_search_finds_nothing_either(
     simulation, with_error_of, white, catalogue, base, monkeypatch
 ) -> None:
-    bench, candidates = (
-        open_bench(with_square(simulation, with_error_of, 4 * white), base, catalogue),
-        ["polarization", "rate_temperature_coupling", "hysteresis"],
-    )
-    for module, way in product((search, settle), ("single", "by_evidence", "pair")):
-        monkeypatch.setattr(module, way, None)
-    monkeypatch.setattr(Workbench, "without_outliers", None)
-    under, found = settle.settle(bench, tuple(base), candidates)
-    assert [step.before.names for step in found.steps] == [tuple(base)]
-    assert found.missing
-    assert not leaves_noise(under, found.final, found.base)
-    assert out_of_reach(under, found.final, found.base)
+    """Nor is any block an outlier of what was found."""
+    runs, candidates = with_square(simulation, with_error_of, 4 * white), ["polarization", "rate_temperature_coupling", "hysteresis"]
+    bench = open_bench(runs, base, catalogue)
+    with monkeypatch.context() as patch:
+        for module, way in product((search, settle), ("single", "by_evidence", "pair")):
+            patch.setattr(module, way, None)
+        patch.setattr(Workbench, "without_outliers", None)
+        under, short = settle.settle(bench, tuple(base), candidates)
+    assert [step.before.names for step in short.steps] == [tuple(base)]
+    assert short.missing
+    assert not leaves_noise(under, short.final, short.base)
+    assert out_of_reach(under, short.final, short.base)
+    for module in (search, settle):
+        monkeypatch.setattr(module, "out_of_reach", lambda *_: False)
+    other, whole = settle.settle(bench, tuple(base), candidates)
+    assert not leaves_noise(other, whole.final, whole.base)
+    assert len(short.steps) < len(whole.steps)

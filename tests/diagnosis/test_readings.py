@@ -68,12 +68,9 @@ def test_a_filter_of_readings_is_no_effect(simulation, white, catalogue, base, m
         time, coil = one.truth["time_s"], one.truth["temperature_coil_c"]
         rate = torch.gradient(coil, spacing=(time / 60,))[0]
         found.append(replace(as_run(one), error=as_run(one).error + 100.0 * white * rate))
-    bench, candidates = open_bench(found, base, few), [STRONG, "fixture_rotation", "sensor_lag"]
-    under, complete = settle(bench, tuple(base), candidates)
-    assert complete.missing == []
-    assert leaves_noise(under, complete.final, complete.base)
+    assert diagnose(found, base, few).verdict == "complete"
     monkeypatch.setattr(Workbench, "_of_readings", lambda *_: 0.0)
-    assert settle(bench, tuple(base), candidates)[1].missing == ["fixture_rotation"]
+    assert diagnose(found, base, few).record["missing"] == ["fixture_rotation"]
 
 
 def test_drawn_smooth_they_make_less_noise_and_what_is_left_is_reckoned_with(troubled, white) -> None:
