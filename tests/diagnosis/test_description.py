@@ -16,7 +16,9 @@ from zoo.diagnosis.description import describe
 from zoo.diagnosis.diagnose import diagnose, open_bench
 from zoo.diagnosis.form_search import FormBench
 from zoo.diagnosis.form_words import shape_of
+from zoo.diagnosis.forms import EVEN, ODD
 from zoo.diagnosis.free_functions import functions_of, weigh
+from zoo.diagnosis.quantities import RATE
 from zoo.diagnosis.refine import refine
 from zoo.diagnosis.restless import correlation_time
 from zoo.effects.bounds import to_physical
@@ -125,6 +127,17 @@ def test_what_is_large_is_told_as_simply_as_what_is_small(simulation, with_error
     """A polynomial follows the errors of the coil's temperature as well, and is likelier for it; it says less."""
     bench = open_bench(with_error_of(simulation().runs, lambda coil, rate: error_of(rate), 30 * white), list(BASE), catalogue)
     assert said in describe(bench, bench.solve(BASE)).words
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("key", "form"), [("cube", ODD), ("square", EVEN)])
+def test_powers_of_the_rate_are_refitted_whatever_leads(with_planted, catalogue, white, monkeypatch, key, form) -> None:
+    """At a coil that has bent to what is missing another quantity may explain more."""
+    monkeypatch.setattr(FormBench, "_leading", lambda _: [])
+    bench = open_bench(with_planted(key), list(BASE), catalogue)
+    best = FormBench(bench, bench.solve(BASE)).best()
+    assert (best.form, best.quantity) == (form, RATE)
+    assert best.solved.rms < 1.15 * white
 
 
 @pytest.mark.slow
