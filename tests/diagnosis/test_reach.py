@@ -8,7 +8,7 @@ from itertools import product
 import pytest
 import torch
 
-from zoo.diagnosis import search, settle
+from zoo.diagnosis import reach, search, settle
 from zoo.diagnosis.diagnose import open_bench
 from zoo.diagnosis.outdone import outdone
 from zoo.diagnosis.reach import out_of_reach
@@ -42,6 +42,16 @@ def test_an_effect_that_is_there_is_never_out_of_reach(simulation, catalogue, ba
     bench = open_bench([as_run(one) for one in simulation("rate_temperature_coupling").runs], base, catalogue)
     before = bench.begin(tuple(base))
     assert not out_of_reach(bench, bench.add(before, "rate_temperature_coupling", ("rate_temperature_coupling",)), before)
+
+
+def test_what_goes_with_a_column_is_in_reach_of_the_effect_that_does(simulation, catalogue, base, monkeypatch) -> None:
+    """No form need be looked for before that was tried."""
+    bench = open_bench([as_run(one) for one in simulation("magnetic", noises=20.0).runs], base, catalogue)
+    before = bench.begin(tuple(base))
+    named = bench.add(before, "aging", ("aging",))
+    assert outdone(bench, named, before) > 1.0
+    monkeypatch.setattr(reach, "best_form", None)
+    assert not out_of_reach(bench, named, before)
 
 
 def test_where_all_is_out_of_reach_nothing_further_is_tried_and_a_whole_search_finds_nothing_either(

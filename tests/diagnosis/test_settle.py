@@ -60,6 +60,25 @@ def test_no_round_of_the_first_search_is_changed(first, runs, base, catalogue) -
     assert [(step.chosen, [(trial.screened.name, trial.evidence, trial.solved) for trial in step.trials]) for step in found.steps] == before
 
 
+def test_where_another_comes_first_but_all_end_alike_the_end_alone_is_asked(first, runs, base, catalogue, monkeypatch) -> None:
+    _, found, again, _ = first(runs, base, catalogue, "hysteresis+aging")
+    assert settle._beyond_the_end(found) == [], "straight"
+    straight, beside = reweighed(again, found), set(found.base.names)
+    chosen = settle.chosen_of
+
+    def otherwise(bench, base, step):
+        return step.trials[1] if set(step.before.names) == beside else chosen(bench, base, step)
+
+    monkeypatch.setattr(trials, "screen", None)
+    monkeypatch.setattr(settle, "chosen_of", otherwise)
+    ended = reweighed(again, found)
+    assert ended is not None
+    assert ended.steps[0].chosen not in (found.steps[0].chosen, None)
+    assert ended.missing == straight.missing == ["hysteresis", "aging"]
+    assert ended.final.fit.total == pytest.approx(straight.final.fit.total, abs=0.5)
+    assert [step.chosen for step in ended.steps[1:]] == [*ended.missing, None]
+
+
 def test_where_it_would_decide_otherwise_there_is_none(first, runs, base, catalogue, monkeypatch) -> None:
     _, found, again, _ = first(runs, base, catalogue, "hysteresis")
     assert reweighed(again, replace(found, steps=found.steps[:-1])) is None, "nobody asked what else may be missing"

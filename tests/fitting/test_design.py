@@ -189,6 +189,17 @@ def test_many_shapes_of_one_effect_at_a_fixed_coil(name) -> None:
         torch.testing.assert_close(found[i], expected, rtol=1e-7, atol=1e-7)
 
 
+@pytest.mark.parametrize("runs", [RUNS[:1], RUNS], ids=["one", "several"])
+@pytest.mark.parametrize("name", ["hysteresis", "polarization", "magnetic"])
+def test_many_coils_at_once_are_each_of_them_by_itself(name, runs) -> None:
+    made, effect = design(["static_bias", "mohr"], runs), build("effects", name)
+    thetas, shapes = drawn(made.model, 4), effect.shapes_to_try(8000.0, 2)[:3]
+    for theta, places in zip(thetas, made.each_place(thetas), strict=True):
+        for columns in (made.effect_columns, made.effect_columns_at_means):
+            tolerance = 1e-4 if columns(effect, places, shapes).dtype == torch.float32 else 1e-9
+            torch.testing.assert_close(columns(effect, places, shapes), columns(effect, made.places(theta), shapes), rtol=tolerance, atol=tolerance)
+
+
 def test_runs_keep_the_numbers_they_are_given() -> None:
     made = design(["bias_step"], RUNS[:2], numbers=[4, 2])
     step = dict(made.model.named_effects())["bias_step"]

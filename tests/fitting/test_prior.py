@@ -74,3 +74,27 @@ def test_between_the_two_precisions_add() -> None:
     prior = Prior(alone.theta + sigma, 1.0 / alone.covariance()[0, :1])
     both = fit(line, target, alone.theta, tolerance=1e-9, prior=prior)
     assert float(both.theta - alone.theta) == pytest.approx(0.5 * sigma, rel=0.15)
+
+
+PAST = Parameter("past", 0.0, "1", -1.0, 1.0, "share")
+
+
+@pytest.mark.parametrize(("truth", "start"), [(0.6, 0.49), (0.6, 0.51), (0.6, 0.9), (0.3, 0.49), (0.3, 0.1)])
+def test_a_share_of_which_the_runs_call_for_none_is_none_and_no_freedom_whatever_side_the_fit_comes_from(truth, start) -> None:
+    """Beyond its default it moves nothing, before it a bend that is there or is not."""
+
+    def kinked(theta: Tensor) -> Tensor:
+        steady = torch.exp(-TIME).expand(len(theta), -1)
+        return (steady + (theta[:, 1:] - 0.5).clamp_max(0.0) * (3.0 * TIME).sin() + 0.1 * theta[:, :1] * TIME).unsqueeze(-1)
+
+    sigma = 0.02
+    true = torch.tensor([[0.4, truth]], dtype=torch.float64)
+    target = (kinked(true)[0, :, 0] + sigma * torch.randn(len(TIME), generator=Generator().manual_seed(5), dtype=torch.float64)) / sigma
+    found = fit(lambda t: kinked(t) / sigma, target, torch.tensor([0.5, start], dtype=torch.float64), prior=Prior.of([ANY, PAST]))
+    assert float(found.theta[0]) == pytest.approx(0.4, abs=0.05)
+    if truth > 0.5:
+        assert float(found.theta[1]) == 0.5
+        assert found.moves.tolist() == [[True], [False]]
+    else:
+        assert float(found.theta[1]) == pytest.approx(truth, abs=0.05)
+        assert found.moves.tolist() == [[True], [True]]

@@ -12,9 +12,9 @@ import torch
 from torch import Tensor
 
 from zoo.diagnosis.shape_search import Beside, apart, costs, unusual
-from zoo.effects.base import Effect, History
+from zoo.effects.base import Effect
 from zoo.effects.bounds import to_unit
-from zoo.fitting.design import Design, close_starts, coarse_starts
+from zoo.fitting.design import Design, Places, close_starts, coarse_starts
 from zoo.fitting.projection import complement, orthonormal, project
 
 ALLOWED = 20.0
@@ -29,13 +29,13 @@ class Coil:
         theta: (P,) all its parameters.
         basis: (N, R) orthonormal, what its columns explain, whitened.
         residual: (N,) what is left.
-        places: histories of each run.
+        places: see `zoo.fitting.design.Design.places`.
     """
 
     theta: Tensor
     basis: Tensor
     residual: Tensor
-    places: list[dict[str, History]]
+    places: Places
 
 
 class Elsewhere:
@@ -102,9 +102,9 @@ class Elsewhere:
         return places, self.design.forgetful().columns(places)
 
     def _at(self, places: Tensor, columns: Tensor) -> list[Coil]:
-        def one(given: tuple[Tensor, Tensor]) -> Coil:
-            basis = orthonormal(given[1])
+        def one(theta: Tensor, given: Tensor, places: Places) -> Coil:
+            basis = orthonormal(given)
             residual = complement(self.design.target.unsqueeze(-1), basis).squeeze(-1)
-            return Coil(given[0], basis, residual, self.design.places(given[0]))
+            return Coil(theta, basis, residual, places)
 
-        return [one(given) for given in zip(places, columns, strict=True)]
+        return [one(*each) for each in zip(places, columns, self.design.each_place(places), strict=True)]

@@ -138,7 +138,7 @@ def reweighed(bench: Workbench, found: Search, progress: Callable[[str], None] =
         else:
             _exchange_again(bench, again, step, str(old.chosen), progress)
         if step.chosen != old.chosen:
-            return None
+            return None if pairs else _end_reweighed(bench, found, progress)
         again.steps.append(step)
     if leaves_noise(bench, again.final, base):
         return None if pairs else again

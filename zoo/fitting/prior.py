@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import torch
 from torch import Tensor
@@ -18,10 +18,13 @@ class Prior:
     Attributes:
         center: (P,).
         weight: (P,) one over the variance; 0 where every value between the bounds is as likely.
+        simplest: (P,) the value of a share by default, which means that there is nothing to share, to either side of which it may mean something
+            else; not a number of what has none.
     """
 
     center: Tensor
     weight: Tensor
+    simplest: Tensor = field(default_factory=lambda: torch.empty(0))
 
     @classmethod
     def of(cls, parameters: Sequence[Parameter]) -> Prior:
@@ -30,13 +33,21 @@ class Prior:
         for one in parameters:
             far = one.default * one.within if one.scale == "log" else one.default + one.within
             center, edge = unit_value(torch.tensor([one.default, far], dtype=torch.float64), one).tolist() if one.within else (0.5, 0.0)
-            found.append((center, (edge - center) ** -2 if one.within else 0.0))
-        values = torch.tensor(found, dtype=torch.float64).reshape(-1, 2)
-        return cls(values[:, 0], values[:, 1])
+            simplest = float(unit_value(torch.tensor(one.default, dtype=torch.float64), one)) if one.scale == "share" else torch.nan
+            found.append((center, (edge - center) ** -2 if one.within else 0.0, simplest))
+        values = torch.tensor(found, dtype=torch.float64).reshape(-1, 3)
+        return cls(*values.unbind(dim=1))
 
     def cost(self, theta: Tensor) -> Tensor:
         """What (..., P) parameters add to χ²: (...), minus twice their log density but for a constant."""
         return ((theta - self.center.to(theta)).square() * self.weight.to(theta)).sum(dim=-1)
+
+    def simpler(self, theta: Tensor) -> Tensor:
+        """(P,) parameters with every share as it is by default."""
+        if not len(self.simplest):
+            return theta
+        simplest = self.simplest.to(theta)
+        return torch.where(simplest.isnan(), theta, simplest)
 
     def slope(self, theta: Tensor) -> Tensor:
         """(P,) how parameters are drawn, as the scores Jᵀr are."""

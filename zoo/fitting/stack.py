@@ -70,6 +70,11 @@ class Stack:
         self._housing[needs] = places["housing"]
         return places
 
+    def one_of(self, places: dict[str, History], i: int) -> dict[str, History]:
+        """The histories at one of several coils."""
+        at = torch.tensor([i] if len(self.runs) > 1 else i, device=self.table.device)
+        return {name: history.take(at) if name == "coil" else history for name, history in places.items()}
+
     def apart(self, history: History) -> list[History]:
         """A history run by run, as long as each is."""
         if len(self.runs) == 1:

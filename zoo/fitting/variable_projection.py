@@ -26,6 +26,8 @@ AGAIN = (2.0, 8.0)
 """Multiples of the last step that are tried as well (a pattern move, Hooke & Jeeves 1961): along a bent valley damped steps creep one way."""
 REACH = 0.25
 """Longest step of a parameter, as a share of its range."""
+SIMPLER = 0.5
+"""χ², in that of one residual of the usual size, that a share may cost where it is as by default: seven tenths of a standard deviation."""
 PATIENCE = 2
 """Steps in a row that may lower the cost by next to nothing: of a heavily damped one it says little."""
 RANK = 1e-12
@@ -188,6 +190,8 @@ def fit(
 ) -> Fit:
     """Variable projection with Levenberg's steps (Golub & Pereyra 1973; Kaufman 1975), several dampings and longer ways tried at once.
 
+    A share ends where it is by default if that is as good: columns have a kink there, and on which side of it a fit ends, last digits decide.
+
     Args:
         columns: (B, P) parameters in 0…1 -> (B, N, K) columns.
         target: (N,) y, weighted.
@@ -223,6 +227,11 @@ def fit(
         taken, little = taken + 1, little + 1 if gain < enough else 0
         theta, last = best, best - theta
         here = _linearise(columns, weigh, target, theta)
+    simpler = prior.simpler(theta) if iterations else theta
+    if not torch.equal(simpler, theta):
+        there = _linearise(columns, weigh, target, simpler)
+        if float(there.solution.cost - here.solution.cost) <= SIMPLER * float(here.solution.cost) / target.numel():
+            theta, here = simpler, there
     found, slope = here.solution, here.tangent.mT @ here.solution.residual + prior.slope(theta)
     inside = ~_blocked(theta, slope) & (here.tangent.norm(dim=0) >= WEAKEST)
     amplitudes, tangent = here.plain.split([here.columns.shape[1], len(theta)], dim=1)
