@@ -25,7 +25,7 @@ def out_of_reach(bench: Workbench, final: Solved, base: Solved) -> bool:
     """
     frees = freed_of(bench, base)
     yet_to_come = {words for name in bench.available() if name not in final.names for words in inputs_of(bench.effects[name])}
-    if max(frees, key=lambda words: frees[words].evidence) in yet_to_come or outdone(bench, final, base) <= 1.0:
+    if max(frees, key=lambda words: frees[words].evidence, default=None) in yet_to_come or outdone(bench, final, base) <= 1.0:
         return False
     _, best = best_form(bench, base)
     left = best.solved.likely.cost / max(bench.blocks - best.solved.freedom, 1) - 1.0

@@ -130,16 +130,16 @@ class Design:
 
     def places(self, theta: Tensor) -> Places:
         """The same as `effect_columns` takes them."""
-        parameters = [p for _, p in self.model.parameters_of_theta()]
-        coil = to_physical(theta, parameters)[: len(self.model.coil_parameters)]
-        return [stack.places(self.model, coil) for stack in self.stacks]
+        return [stack.places(self.model, self._coil(theta)) for stack in self.stacks]
 
     def each_place(self, theta: Tensor) -> list[Places]:
         """The same at each of several θ (G, P), computed together."""
-        parameters = [p for _, p in self.model.parameters_of_theta()]
-        coils = to_physical(theta, parameters)[:, : len(self.model.coil_parameters)]
-        together = [stack.places(self.model, coils) for stack in self.stacks]
-        return [[stack.one_of(places, i) for stack, places in zip(self.stacks, together, strict=True)] for i in range(len(coils))]
+        together = [stack.places(self.model, self._coil(theta)) for stack in self.stacks]
+        return [[stack.one_of(places, i) for stack, places in zip(self.stacks, together, strict=True)] for i in range(len(theta))]
+
+    def _coil(self, theta: Tensor) -> Tensor:
+        """(..., P) in 0…1 -> physical parameters of the coil."""
+        return to_physical(theta, [p for _, p in self.model.parameters_of_theta()])[..., : len(self.model.coil_parameters)]
 
     def effect_columns(
         self, effect: Effect, places: Places, shapes: Tensor, whitener: Callable[[Tensor], Tensor] | None = None, distinct: bool = False
