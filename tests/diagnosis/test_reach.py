@@ -74,3 +74,10 @@ def test_where_all_is_out_of_reach_nothing_further_is_tried_and_a_whole_search_f
     other, whole = settle.settle(bench, tuple(base), candidates)
     assert not leaves_noise(other, whole.final, whole.base)
     assert len(short.steps) < len(whole.steps)
+
+
+def test_where_nothing_was_added_no_free_function_is_looked_for(simulation, catalogue, base, monkeypatch) -> None:
+    bench = open_bench([as_run(one) for one in simulation().runs], base, catalogue)
+    before = bench.begin(tuple(base))
+    monkeypatch.setattr(reach, "freed_of", None)
+    assert not out_of_reach(bench, before, before)

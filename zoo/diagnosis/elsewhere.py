@@ -101,10 +101,10 @@ class Elsewhere:
         """θ (G, P) and the columns (G, N, K) there."""
         return places, self.design.forgetful().columns(places)
 
-    def _at(self, places: Tensor, columns: Tensor) -> list[Coil]:
-        def one(theta: Tensor, given: Tensor, places: Places) -> Coil:
-            basis = orthonormal(given)
+    def _at(self, thetas: Tensor, columns: Tensor) -> list[Coil]:
+        def one(theta: Tensor, own: Tensor, places: Places) -> Coil:
+            basis = orthonormal(own)
             residual = complement(self.design.target.unsqueeze(-1), basis).squeeze(-1)
             return Coil(theta, basis, residual, places)
 
-        return [one(*each) for each in zip(places, columns, self.design.each_place(places), strict=True)]
+        return [one(*each) for each in zip(thetas, columns, self.design.each_place(thetas), strict=True)]

@@ -23,6 +23,8 @@ def out_of_reach(bench: Workbench, final: Solved, base: Solved) -> bool:
         final: where a search has come to.
         base: the model before anything was added.
     """
+    if set(final.names) == set(base.names):  # nothing was added that could be outdone
+        return False
     frees = freed_of(bench, base)
     yet_to_come = {words for name in bench.available() if name not in final.names for words in inputs_of(bench.effects[name])}
     if max(frees, key=lambda words: frees[words].evidence, default=None) in yet_to_come or outdone(bench, final, base) <= 1.0:

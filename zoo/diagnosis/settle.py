@@ -112,8 +112,8 @@ def reweighed(bench: Workbench, found: Search, progress: Callable[[str], None] =
     """A search with its models fitted on under other noise; None where it would not end as it did.
 
     Of one that went straight to its end every round is asked again. Where that end is no noise and runs have changed, nothing else that was tried
-    may lead to any now either. Of one that came to noise by detours the end is asked: nothing beside it, and nothing in the place of what was added,
-    may be called for.
+    may lead to any now either. Of one that came to noise by detours, or straight but another effect would come first now, the end is asked: nothing
+    beside it, and nothing in the place of what was added, may be called for.
 
     Evidence is weighed in whichever noise suits a model best, before as well as now. So other weights only move what was fitted, mostly by little:
     what hardly explains anything under some is not looked for again under the others, nor what led nowhere. (Of 111 simulated gyros 17 came to no
