@@ -180,3 +180,16 @@ def test_a_search_in_too_much_noise_is_given_up_as_soon_as_it_is_seen(runs, base
     quiet, found = settle.settle(bench, tuple(base), candidates)
     assert found.missing == ["chamber_cycling"]
     assert quiet.mixtures.white == pytest.approx(settle._white(quiet, found), rel=0.1)
+
+
+def test_two_that_only_a_walk_lets_be_told_apart_are_found(runs, base, catalogue) -> None:
+    few = {name: catalogue[name] for name in (*base, "bias_step", "moisture", "aging", "warm_up")}
+    candidates = [name for name in few if name not in base]
+    bench = open_bench(runs("aging+bias_step", seed=2, noises=15), base, few)
+    as_if_white = search(bench, bench.begin(tuple(base)), candidates)
+    assert bench.mixtures.much_walk(as_if_white.final.likely.noise)
+    assert not leaves_noise(bench, as_if_white.final, as_if_white.base)
+    settled, found = settle.settle(bench, tuple(base), candidates)
+    assert set(found.missing) == {"aging", "bias_step"}
+    assert leaves_noise(settled, found.final, found.base)
+    assert settled.noise.walk < 0.2 * settled.noise.white, "weighed by what is left, not by the walk that helped to find it"

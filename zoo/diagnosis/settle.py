@@ -68,10 +68,31 @@ def settle(
         beyond = out_of_reach(bench, found.final, found.base)
     likely, assumed = found.final.likely.noise, bench.noise
     as_assumed = likely.walk < SLOW * likely.white and likely.flicker < RECONSIDER * assumed.flicker
-    if as_assumed or bench.mixtures.much_walk(likely) or beyond:
+    if as_assumed or beyond:
         return bench, found
+    if bench.mixtures.much_walk(likely):
+        return _beside_a_walk(bench, found, candidates, progress)
     again = bench.with_noise(likely)
     return again, replace(_again(again, found, candidates, progress), first=found.base)
+
+
+def _beside_a_walk(bench: Workbench, found: Search, candidates: list[str], progress: Callable[[str], None]) -> tuple[Workbench, Search]:
+    """A search that left much of a walk, once more weighed by it where that leads to noise.
+
+    As if noise were white, fits go far to follow with one effect what another makes, and evidence, under a walk, makes little of what they gain by
+    that. Weighed by the walk they leave the rest to it. Once there is noise, the fits are weighed by that; a walk that stays is no noise to weigh by.
+    """
+    if leaves_noise(bench, found.final, found.base):
+        return bench, found
+    names = found.base.names
+    walking = bench.with_noise(found.final.likely.noise)
+    other = search(walking, walking.begin(names), candidates, progress)
+    if not leaves_noise(walking, other.final, other.base):
+        return bench, found
+    again = walking.with_noise(other.final.likely.noise)
+    last = _again(again, other, candidates, progress)
+    ends = leaves_noise(again, last.final, last.base)
+    return (again, replace(last, first=found.base)) if ends else (walking, replace(other, first=found.base))
 
 
 def _quietly(bench: Workbench, names: tuple[str, ...], candidates: list[str], progress: Callable[[str], None]) -> tuple[Workbench, Search]:
