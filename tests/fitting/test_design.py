@@ -85,6 +85,25 @@ def test_runs_recorded_at_other_times_are_what_each_is_alone(effects) -> None:
     torch.testing.assert_close(made.plain_columns(batch)[:, :first], design(effects).plain_columns(batch)[:, :first], rtol=1e-9, atol=1e-9)
 
 
+@pytest.mark.parametrize("effects", [[name] for name in EFFECTS])
+def test_a_last_mean_of_fewer_rows_that_no_block_takes_keeps_no_runs_apart(effects) -> None:
+    """Of an odd number of rows the last mean of two is one of one, and half a step early."""
+
+    def early(seed: int, samples: int) -> Run:
+        run = recorded(seed, samples)
+        run.block[run.block == run.block.max()], run.table[-1, 0] = -1, run.table[-1, 0] - 0.5 * STEP_S
+        return run
+
+    made = design(effects, [early(2, 401), recorded(1), early(4, 661)])
+    assert len(made.stacks) == 1
+    batch = around(drawn(made.model, 1)[0])
+    for theta, columns in zip(batch, made.plain_columns(batch), strict=True):
+        torch.testing.assert_close(columns, plainly(made, theta), rtol=1e-9, atol=1e-9)
+    early_within = recorded(2, 401)
+    early_within.table[-1, 0] -= 0.5 * STEP_S
+    assert len(design(effects, [early_within, recorded(1)]).stacks) == 2
+
+
 def test_a_short_run_is_not_drawn_out_to_the_length_of_a_long_one() -> None:
     assert len(design(["mohr"], [recorded(1), recorded(2, 100)]).stacks) == 2
     assert len(design(["mohr"], [recorded(1), recorded(2, 250)]).stacks) == 1

@@ -88,9 +88,10 @@ def best_of(bench: Workbench, base: Solved, convincing: list[Trial]) -> Trial | 
     if not convincing or convincing[0].solved is None:
         return None
     likeliest = convincing[0].solved
-    if likeliest.rms <= FAR * bench.mixtures.white or len(convincing) == 1 or leaves_noise(bench, likeliest, base):
+    if likeliest.rms <= FAR * bench.mixtures.white or len(convincing) == 1:
         return convincing[0]
-    return min(convincing, key=lambda trial: segment_cost(bench, trial.solved) if trial.solved else math.inf)
+    predicts = min(convincing, key=lambda trial: segment_cost(bench, trial.solved) if trial.solved else math.inf)
+    return convincing[0] if predicts is not convincing[0] and leaves_noise(bench, likeliest, base) else predicts
 
 
 def chosen_of(bench: Workbench, base: Solved, step: Step) -> Trial | None:

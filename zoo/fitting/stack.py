@@ -34,11 +34,14 @@ def stacked(runs: list[Run], numbers: list[int], model: GrayBox) -> list[Stack]:
 
 
 def _alike(runs: list[Run]) -> bool:
+    """Whether there is one clock for all of them, as far as anybody looks: of an odd number of rows the last mean of two stands for one, and so comes
+    early, but what belongs to no block changes nothing that was before it."""
     longest = max(runs, key=lambda run: len(run.time))
     clock = longest.time - longest.time[0]
     if len(clock) < 2 or len(clock) * len(runs) > PADDED * sum(len(run.time) for run in runs):
         return False
-    apart = [float((run.time - run.time[0] - clock[: len(run.time)]).abs().max()) for run in runs]
+    kept = [run.time[: int((run.block >= 0).nonzero().max()) + 1] for run in runs]
+    apart = [float((time - time[0] - clock[: len(time)]).abs().max()) for time in kept]
     return max(apart) <= SAME_TIMES * float(torch.diff(clock).min())
 
 
@@ -115,10 +118,10 @@ class Stack:
 
 
 def _lasting(table: Tensor, clock: Tensor) -> Tensor:
-    """A table (T, C) that goes on with its last row, while the time, its first column, goes on as a longer run's clock does."""
-    after = table[-1:].repeat(len(clock) - len(table), 1)
-    after[:, 0] = table[0, 0] + clock[len(table) :] - clock[0]
-    return torch.cat([table, after])
+    """A table (T, C) that goes on with its last row, while the time, its first column, is a longer run's, counted from its own start."""
+    whole = torch.cat([table, table[-1:].repeat(len(clock) - len(table), 1)])
+    whole[:, 0] = table[0, 0] + clock - clock[0]
+    return whole
 
 
 def _means(history: History, averaged: Callable[[Tensor], Tensor], dtype: torch.dtype) -> History:
