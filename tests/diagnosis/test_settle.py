@@ -182,7 +182,7 @@ def test_a_search_in_too_much_noise_is_given_up_as_soon_as_it_is_seen(runs, base
     assert quiet.mixtures.white == pytest.approx(settle._white(quiet, found), rel=0.1)
 
 
-def test_two_that_only_a_walk_lets_be_told_apart_are_found(runs, base, catalogue) -> None:
+def test_two_that_only_a_walk_lets_be_told_apart_are_found(runs, base, catalogue, monkeypatch) -> None:
     few = {name: catalogue[name] for name in (*base, "bias_step", "moisture", "aging", "warm_up")}
     candidates = [name for name in few if name not in base]
     bench = open_bench(runs("aging+bias_step", seed=2, noises=15), base, few)
@@ -193,3 +193,7 @@ def test_two_that_only_a_walk_lets_be_told_apart_are_found(runs, base, catalogue
     assert set(found.missing) == {"aging", "bias_step"}
     assert leaves_noise(settled, found.final, found.base)
     assert settled.noise.walk < 0.2 * settled.noise.white, "weighed by what is left, not by the walk that helped to find it"
+    monkeypatch.setattr(settle, "_again", lambda again, other, *_: Search(other.base, other.base))
+    walking, found = settle._beside_a_walk(bench, as_if_white, candidates, lambda _: None)
+    assert set(found.missing) == {"aging", "bias_step"}, "what no longer leaves noise is not taken"
+    assert bench.mixtures.much_walk(walking.noise)

@@ -40,8 +40,8 @@ def _alike(runs: list[Run]) -> bool:
     clock = longest.time - longest.time[0]
     if len(clock) < 2 or len(clock) * len(runs) > PADDED * sum(len(run.time) for run in runs):
         return False
-    kept = [run.time[: int((run.block >= 0).nonzero().max()) + 1] for run in runs]
-    apart = [float((time - time[0] - clock[: len(time)]).abs().max()) for time in kept]
+    looked_at = [(run.block >= 0).flip(0).cumsum(0).flip(0) > 0 for run in runs]
+    apart = [float(((run.time - run.time[0] - clock[: len(run.time)]) * own).abs().max()) for run, own in zip(runs, looked_at, strict=True)]
     return max(apart) <= SAME_TIMES * float(torch.diff(clock).min())
 
 
