@@ -239,6 +239,9 @@ def test_the_likeliest_is_taken_unless_it_leaves_more_than_noise(monkeypatch, rm
     assert acceptance.best_of(bench, SimpleNamespace(), trials) is trials[chosen]
     assert acceptance.best_of(bench, SimpleNamespace(), trials[1:]) is trials[1]
     assert acceptance.best_of(bench, SimpleNamespace(), []) is None
+    trials[0].solved.cost = 0.5
+    monkeypatch.setattr(acceptance, "leaves_noise", None)
+    assert acceptance.best_of(bench, SimpleNamespace(), trials) is trials[0], "no need to know where it predicts best as well"
 
 
 def test_the_first_addition_needs_less_evidence_than_one_that_might_correct_it(diagnosis) -> None:

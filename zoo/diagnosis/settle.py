@@ -84,9 +84,8 @@ def _beside_a_walk(bench: Workbench, found: Search, candidates: list[str], progr
     """
     if leaves_noise(bench, found.final, found.base):
         return bench, found
-    names = found.base.names
     walking = bench.with_noise(found.final.likely.noise)
-    other = search(walking, walking.begin(names), candidates, progress)
+    other = search(walking, walking.begin(found.base.names), candidates, progress)
     if not leaves_noise(walking, other.final, other.base):
         return bench, found
     again = walking.with_noise(other.final.likely.noise)
