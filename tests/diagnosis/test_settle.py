@@ -197,3 +197,13 @@ def test_two_that_only_a_walk_lets_be_told_apart_are_found(runs, base, catalogue
     walking, found = settle._beside_a_walk(bench, as_if_white, candidates, lambda _: None)
     assert set(found.missing) == {"aging", "bias_step"}, "what no longer leaves noise is not taken"
     assert bench.mixtures.much_walk(walking.noise)
+
+
+def test_two_at_once_are_not_tried_a_second_time_under_the_walk(runs, base, catalogue, monkeypatch) -> None:
+    few = {name: catalogue[name] for name in (*base, "moisture", "warm_up", "sensor_lag")}
+    candidates = [name for name in few if name not in base]
+    bench = open_bench(runs("aging+bias_step", seed=2, noises=15), base, few)
+    tried = search(bench, bench.begin(tuple(base)), candidates)
+    assert bench.mixtures.much_walk(tried.final.likely.noise)
+    monkeypatch.setattr("zoo.diagnosis.search.pair", None)
+    assert settle._beside_a_walk(bench, tried, candidates, lambda _: None)[1] is tried

@@ -280,11 +280,12 @@ def test_effective_samples_scatter_as_the_mean_square_does() -> None:
 
 @pytest.mark.parametrize("size", [7, 60, 400])
 def test_the_product_by_bands_is_the_product(size) -> None:
-    """Also where whole columns are zero."""
+    """Also where whole columns are zero, and others but for one row."""
     blocks = Blocks(torch.arange(size, dtype=torch.float64) * 100.0, torch.ones(size, dtype=torch.float64))
     whitener = Whitener(NoiseModel(1.0, 0.4, 0.2), [blocks, blocks])
     columns = torch.randn(5, 2 * size, 30, generator=Generator().manual_seed(1), dtype=torch.float64)
     columns[:, :size, :25] = 0.0
+    columns[:, 1, :10] = 1.0
     expected = torch.cat([whitener.factors[0] @ columns[:, :size], whitener.factors[1] @ columns[:, size:]], dim=1)
     torch.testing.assert_close(whitener(columns), expected, rtol=1e-12, atol=1e-12)
 

@@ -79,6 +79,7 @@ def search(
     candidates: list[str],
     progress: Callable[[str], None] = lambda _: None,
     in_vain: Callable[[Search], bool] = never,
+    pairs: bool = True,
 ) -> Search:
     """Add what helps most, refit, drop what has become superfluous, until nothing helps.
 
@@ -88,6 +89,7 @@ def search(
         candidates: effects that may be added.
         progress: told what is being tried.
         in_vain: whether, as it stands, all will have to be searched again, so that it need not go on.
+        pairs: whether two at once are tried as well, where one at a time leads nowhere.
     """
     found = Search(base, base)
     for _ in range(PASSES):
@@ -101,7 +103,7 @@ def search(
         few = len(found.missing) < 2
         if few and single(bench, found):
             _forward(bench, found, candidates, progress)
-        elif not by_evidence(bench, found, candidates, progress) and few:
+        elif not by_evidence(bench, found, candidates, progress) and few and pairs:
             pair(bench, found, candidates, progress)
     _drop(bench, found)
     _agree(bench, found)

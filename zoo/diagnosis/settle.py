@@ -80,12 +80,13 @@ def _beside_a_walk(bench: Workbench, found: Search, candidates: list[str], progr
     """A search that left much of a walk, once more weighed by it where that leads to noise.
 
     As if noise were white, fits go far to follow with one effect what another makes, and evidence, under a walk, makes little of what they gain by
-    that. Weighed by the walk they leave the rest to it. Once there is noise, the fits are weighed by that, unless noise is no longer what they leave.
+    that. Weighed by the walk they leave the rest to it; two at once were tried
+    before. Once there is noise, the fits are weighed by that, unless noise is no longer what they leave.
     """
     if leaves_noise(bench, found.final, found.base):
         return bench, found
     walking = bench.with_noise(found.final.likely.noise)
-    other = search(walking, walking.begin(found.base.names), candidates, progress)
+    other = search(walking, walking.begin(found.base.names), candidates, progress, pairs=False)
     if not leaves_noise(walking, other.final, other.base):
         return bench, found
     again = walking.with_noise(other.final.likely.noise)

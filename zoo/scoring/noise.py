@@ -19,6 +19,8 @@ SAME_TIMES = 1e-9
 """Share of a block by which the times of blocks may differ that were recorded alike: means are rounded."""
 FEW, MOSTLY_FILLED = 64, 0.7
 """Number of columns below which, and share with anything in them above which sorting them out costs more than it saves."""
+LOOKED_AT = 3
+"""Rows, about, that most filled columns show something in, so that the others need not be gone through."""
 CHECK_ALLOWED = 1.5
 """RMS over the noise floor beyond which a model is not complete, however like noise it is: on runs that were not fitted, or as it was given."""
 NORMAL = NormalDist()
@@ -194,10 +196,11 @@ def _lasting(piece: Tensor, size: int) -> Tensor:
 
 def _product(root: InverseRoot, piece: Tensor) -> Tensor:
     """Root @ piece; where most columns are zero in this piece, as those of other runs are, without them."""
-    if piece.shape[1] < FEW:
+    enough = MOSTLY_FILLED * piece.shape[1]
+    if piece.shape[1] < FEW or int(piece[:: max(len(piece) // LOOKED_AT, 1)].any(dim=0).sum()) > enough:
         return root @ piece
-    filled = (piece != 0).any(dim=0)
-    if int(filled.sum()) > MOSTLY_FILLED * len(filled):
+    filled = piece.abs().amax(dim=0) != 0
+    if int(filled.sum()) > enough:
         return root @ piece
     product = torch.zeros_like(piece)
     if filled.any():  # torch pads no empty columns before 2.5
