@@ -8,7 +8,7 @@ import pytest
 import torch
 from torch import Tensor
 
-from zoo.physics.lag import lagged, lagged_rate
+from zoo.physics.lag import behind, lagged, lagged_rate
 
 
 def uneven(count: int, longest: float, seed: int = 0) -> Tensor:
@@ -27,6 +27,16 @@ def test_a_ramp_is_exact(tau: float) -> None:
     time = uneven(300, 20.0)
     expected = 5 + 0.02 * (time + tau * torch.expm1(-time / tau))
     assert torch.allclose(lagged(time, 5 + 0.02 * time, scalar(tau)), expected, rtol=1e-11)
+
+
+@pytest.mark.parametrize("steps", [torch.full((300,), 7.0, dtype=torch.float64), torch.diff(uneven(301, 20.0))], ids=["even", "uneven"])
+def test_in_a_steady_ramp_it_is_behind_by_its_time_constant(steps: Tensor) -> None:
+    """At another place than the drive's from the start, it forgets that: e = sτ + (e0 − sτ)·exp(−t/τ)."""
+    time = torch.cat([torch.zeros(1, dtype=torch.float64), steps.cumsum(0)])
+    tau, start = torch.tensor([30.0, 2000.0], dtype=torch.float64), torch.tensor([5.0, 17.0], dtype=torch.float64)
+    steady = (0.02 * tau).unsqueeze(1)
+    expected = steady + (5.0 - start.unsqueeze(1) - steady) * torch.exp(-time / tau.unsqueeze(1))
+    torch.testing.assert_close(behind(time, 5 + 0.02 * time, tau, start), expected, rtol=1e-11, atol=1e-11)
 
 
 def test_a_step_is_exact() -> None:

@@ -14,7 +14,7 @@ from torch import Tensor
 
 from zoo.diagnosis.workbench import Workbench
 from zoo.effects.base import Effect, History, Place
-from zoo.physics.lag import lagged
+from zoo.physics.lag import behind, lagged
 from zoo.units import symbol
 
 FLAT = 1e-9
@@ -43,7 +43,7 @@ def lasting_rate(self: Any, history: History) -> Tensor:
 
 def bend(self: Any, history: History) -> Tensor:
     """How the rate has changed within five minutes [K/min]."""
-    return history.rate - lagged(history.time, history.rate, torch.full_like(history.rate[..., 0], 300.0))
+    return behind(history.time, history.rate, torch.full_like(history.rate[..., 0], 300.0))
 
 
 def gradient(self: Any, history: History) -> Tensor:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from torch import Tensor
 
 from zoo.effects.base import Effect, History, Parameter
-from zoo.physics.lag import lagged
+from zoo.physics.lag import behind
 
 
 class Shupe(Effect):
@@ -31,4 +31,4 @@ class Shupe(Effect):
 
     def columns(self, history: History, shape: Tensor) -> Tensor:
         """The rate less its lagged self [K/min], see `Effect.columns`."""
-        return (history.rate - lagged(history.time, history.rate, shape[..., 0])).unsqueeze(-1)
+        return behind(history.time, history.rate, shape[..., 0]).unsqueeze(-1)

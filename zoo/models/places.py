@@ -10,7 +10,7 @@ from torch import Tensor
 from zoo.effects.base import History, Parameter
 from zoo.errors import WorkError
 from zoo.physics.carry import at_start, left, resumed
-from zoo.physics.lag import lagged
+from zoo.physics.lag import behind
 from zoo.units import SECONDS_PER_MINUTE
 
 LAG = Parameter(
@@ -154,12 +154,13 @@ def coil(time: Tensor, thermometers: Tensor, theta: Tensor, in_motion: bool = Fa
     else:
         second = theta[..., 2] * lag
         ahead = (theta[..., 1] + lag + second).clamp_min(0.0)
-    once = lagged(time, drive, lag, drive[..., 0] - lag * slope)
-    twice = lagged(time, once, second, drive[..., 0] - (lag + second) * slope)
+    late = behind(time, drive, lag, drive[..., 0] - lag * slope)
+    once = drive - late
+    later = behind(time, once, second, drive[..., 0] - (lag + second) * slope)
     lag, second, ahead = lag.unsqueeze(-1), second.unsqueeze(-1), ahead.unsqueeze(-1)
-    rate = (once - twice) / second
-    bend = ((drive - once) / lag - rate) / second
-    temperature = twice + ahead * rate
+    rate = later / second
+    bend = (late / lag - rate) / second
+    temperature = once - later + ahead * rate
     gradient = (thermometers[..., -1] - main).expand_as(temperature) if several else main - temperature
     return temperature, (rate + ahead * bend) * SECONDS_PER_MINUTE, gradient
 
@@ -210,5 +211,5 @@ def histories(
 
 
 def _housing(coil: History, outer: Tensor) -> History:
-    smooth = lagged(coil.time, outer, outer.new_full((), SECONDS_PER_MINUTE))
-    return replace(coil, temperature=outer, rate=outer - smooth, gradient=outer - smooth)
+    late = behind(coil.time, outer, outer.new_full((), SECONDS_PER_MINUTE))
+    return replace(coil, temperature=outer, rate=late, gradient=late)

@@ -12,8 +12,6 @@ from zoo.physics.recurrence import affine, geometric
 def lagged(time: Tensor, drive: Tensor, tau: Tensor, start: Tensor | None = None) -> Tensor:
     """Solution of τ·dx/dt = u(t) − x, exact for a drive that is linear between samples.
 
-    With h the step, a = exp(−h/τ) and m = (τ/h)(1 − a):  x[k] = a·x[k−1] + (m − a)·u[k−1] + (1 − m)·u[k].
-
     Args:
         time: (T,) strictly increasing [s].
         drive: (..., T) u, any unit.
@@ -23,18 +21,36 @@ def lagged(time: Tensor, drive: Tensor, tau: Tensor, start: Tensor | None = None
     Returns:
         (..., T) x in the drive's unit.
     """
-    steps, known = torch.diff(with_last(time)), with_last(drive)
+    return drive - behind(time, drive, tau, start)
+
+
+def behind(time: Tensor, drive: Tensor, tau: Tensor, start: Tensor | None = None) -> Tensor:
+    """By how much the solution x of `lagged` is behind what drives it, e = u − x; e/τ is its rate.
+
+    With h the step, a = exp(−h/τ) and m = (τ/h)(1 − a):  e[k] = a·e[k−1] + m·(u[k] − u[k−1]).
+
+    Args:
+        time: (T,) strictly increasing [s].
+        drive: (..., T) u, any unit.
+        tau: (...) time constant [s], positive.
+        start: (...) x at the first sample; where None, the drive's first value (soaked).
+
+    Returns:
+        (..., T) e in the drive's unit.
+    """
+    steps, changes = torch.diff(with_last(time)), torch.diff(with_last(drive))
     even = 0 if is_carried() else _even(steps)  # not asked of a chunk, whose steps may decide nothing where it is traced
-    first = (drive[..., 0] if start is None else start) + torch.zeros_like(tau)
+    first = drive[..., 0] - (drive[..., 0] if start is None else start) + torch.zeros_like(tau)
     parts, last = [], first
     if even:
         ratio = steps[:1] / tau.unsqueeze(-1)
-        parts.append(geometric(ratio.squeeze(-1), _forced(ratio, known[..., : even + 1]), first))
+        share = _share(ratio)
+        parts.append(share * geometric(ratio.squeeze(-1), changes[..., :even], first / share.squeeze(-1)))
         last = parts[0][..., -1]
     if not even or even < len(steps):
         ratio = steps[even:] / tau.unsqueeze(-1)
-        parts.append(affine(torch.exp(-ratio), _forced(ratio, known[..., even:]), last))
-    return after_first(first, torch.cat(parts, dim=-1))
+        parts.append(affine(torch.exp(-ratio), _share(ratio) * changes[..., even:], last))
+    return after_first(first, torch.cat(parts, dim=-1) if len(parts) > 1 else parts[0])
 
 
 def _even(steps: Tensor) -> int:
@@ -42,10 +58,9 @@ def _even(steps: Tensor) -> int:
     return int(((steps - steps[:1]).abs() <= 1e-9 * steps[:1]).cumprod(0).sum())
 
 
-def _forced(ratio: Tensor, drive: Tensor) -> Tensor:
-    """(..., T−1) what each step adds, from its length over τ and the drive (..., T)."""
-    mean = -torch.expm1(-ratio) / ratio
-    return (mean - torch.exp(-ratio)) * drive[..., :-1] + (1 - mean) * drive[..., 1:]
+def _share(ratio: Tensor) -> Tensor:
+    """(..., T−1) of what the drive changes by in a step, what x has not followed at its end, from the step's length over τ."""
+    return -torch.expm1(-ratio) / ratio
 
 
 def lagged_rate(time: Tensor, drive: Tensor, tau: Tensor) -> Tensor:
@@ -62,4 +77,4 @@ def lagged_rate(time: Tensor, drive: Tensor, tau: Tensor) -> Tensor:
     Returns:
         (..., T) [drive's unit per second].
     """
-    return (drive - lagged(time, drive, tau)) / tau.unsqueeze(-1)
+    return behind(time, drive, tau) / tau.unsqueeze(-1)
