@@ -25,7 +25,7 @@ from omegaconf import OmegaConf
 from zoo.catalog import config_folder
 from zoo.cli import application
 from zoo.cli.interrupts import MESSAGE
-from zoo.cli.wrong_settings import check_proposals
+from zoo.cli.wrong_settings import check_choices, check_proposals
 
 SCHEMAS = {
     "launcher/joblib": "hydra_joblib_launcher.config.JobLibLauncherConf",
@@ -215,6 +215,22 @@ def test_optuna_is_asked_nothing_where_it_has_nothing_to_do() -> None:
     check_proposals(["-m", "hydra/sweeper=optuna", "model.hidden=range(2,5)"])
     check_proposals(["-m", "hydra/sweeper=optuna", "++hydra.sweeper.params={model.hidden: 'range(2,5)'}"])
     check_proposals(["-m", "hydra/sweeper=optuna", "experiment=mine"])
+
+
+@pytest.mark.parametrize("typed", [["model=bp,wavelet,ls_svm", "model.hidden=range(2,12)"], ["model.hidden=interval(2,5)", "model=ls_svm,bp"]])
+def test_optuna_proposes_nothing_that_does_not_go_together(typed: list[str], capsys, tmp_path, monkeypatch) -> None:
+    """The one trial in which it does not would end the others."""
+    monkeypatch.chdir(tmp_path)
+    assert application.run("train", ["-m", "hydra/sweeper=optuna", *typed, "optimizer.lr=tag(log,interval(1e-3,1e-1))", "data.files=[a.csv]"]) == 2
+    told = capsys.readouterr().err
+    assert "unknown key 'model.hidden': model has no hidden" in told
+    assert not list(tmp_path.iterdir())
+
+
+def test_what_goes_together_is_proposed() -> None:
+    ranges = ["model=bp,wavelet", "model.hidden=choice(2,3,5)", "optimizer=adam,sgd", "++optimizer.lr=0.01", "hydra.sweeper.n_trials=4"]
+    check_choices("train", ["-m", "hydra/sweeper=optuna", "hydra/sweeper/sampler=random", *ranges, "seed=shuffle(range(3))"])
+    check_choices("train", ["-m", "model=bp,ls_svm", "model.hidden=3"])  # Hydra's own sweeper looks for itself
 
 
 @pytest.mark.slow

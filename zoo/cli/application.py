@@ -38,6 +38,7 @@ from zoo.cli.saved_models import folder_settings
 from zoo.cli.sweeps import sweep_told
 from zoo.cli.wrong_settings import (
     absent_folder,
+    check_choices,
     check_flags,
     check_known,
     check_lists,
@@ -84,6 +85,7 @@ def run(verb: str, arguments: list[str]) -> int:
             with hollow_removed(), sweep_told(codes), suppress(SystemExit):  # Hydra's own end after --help
                 check_flags(arguments, verb)
                 check_proposals(arguments)
+                check_choices(verb, arguments)
                 prefer_own_settings()
                 warnings.filterwarnings("ignore", r"provider=.* is not available", UserWarning)  # `check_searchpath` refuses it
                 hydra.main(version_base="1.3", config_path=str(config_folder()), config_name=verb)(_task(verb, codes, traced))()

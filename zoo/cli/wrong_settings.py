@@ -10,14 +10,16 @@ from contextlib import suppress
 from pathlib import Path, PurePosixPath
 from typing import NoReturn, cast
 
+import hydra
 from hydra._internal.utils import get_args_parser
 from hydra.core.hydra_config import HydraConfig
 from hydra.core.override_parser.overrides_parser import OverridesParser
+from hydra.core.override_parser.types import IntervalSweep, Override
 from hydra.errors import HydraException, OverrideParseException
 from omegaconf import DictConfig, OmegaConf
 from omegaconf.errors import OmegaConfBaseException
 
-from zoo.catalog import LISTS, find, names
+from zoo.catalog import LISTS, config_folder, find, names
 from zoo.cli.command_line import searchpath
 from zoo.cli.papers import GROUP
 from zoo.errors import InputError, causes, nearest
@@ -204,6 +206,39 @@ def check_proposals(arguments: list[str]) -> None:
         if not any(one.is_sweep_override() for one in OverridesParser.create().parse_overrides(settings)):
             such = "'model.hidden=range(2,12)', 'optimizer.lr=interval(1e-3,1e-1)' or init=random,aco"
             raise InputError(f"hydra/sweeper=optuna: no setting is given as a range to propose values from, such as {such}")
+
+
+def check_choices(verb: str, arguments: list[str]) -> None:
+    """Refuses a sweep by Optuna that may propose settings that do not go together, before its first trial, as Hydra's own sweeper does.
+
+    Of every setting with a range one value is taken, of every config group each in turn.
+
+    Args:
+        verb: whose settings they are.
+        arguments: as typed.
+
+    Raises:
+        HydraException: of the first that do not.
+    """
+    settings = [one for one in arguments if "=" in one and not one.startswith("-")]
+    if "hydra/sweeper=optuna" not in settings or not {"-m", "--multirun"} & {*arguments}:
+        return
+    parsed = OverridesParser.create().parse_overrides(settings)
+    own = [one for one in parsed if not one.key_or_group.startswith("hydra") or one.key_or_group == "hydra.searchpath"]
+    values = [_values(one) for one in own]
+    with hydra.initialize_config_dir(str(config_folder()), version_base=None):
+        for place, one in enumerate(own):
+            for value in values[place] if one.is_choice_sweep() and names(one.key_or_group) else ():
+                hydra.compose(verb, [*(first for first, *_ in values[:place]), value, *(first for first, *_ in values[place + 1 :])])
+
+
+def _values(override: Override) -> list[str]:
+    """A setting as a job gets it, once for each value that a sweep may give it; of an interval, for its start."""
+    if not override.is_sweep_override():
+        return [str(override.input_line)]
+    value = override.value()
+    each = [value.start] if isinstance(value, IntervalSweep) else override.sweep_string_iterator()
+    return [f"{override.get_key_element()}={one}" for one in each]
 
 
 def several(error: BaseException) -> str | None:
