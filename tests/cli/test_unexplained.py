@@ -13,7 +13,8 @@ import pytest
 from hydra.core.override_parser.overrides_parser import OverridesParser
 
 from zoo.cli.application import run
-from zoo.cli.next_commands import form_is_better, stub_commands
+from zoo.cli.next_commands import diagnose_command, form_is_better, stub_commands
+from zoo.cli.refine import _what_is_left
 from zoo.report.unknown_stub import Stub
 
 PROGRAM = "profile.legs=[[20,20,1800],[20,50,3600],[50,50,1800],[50,0,3000],[0,0,1800],[0,20,3600],[20,20,1800]]"
@@ -55,11 +56,20 @@ def test_the_class_is_written_and_its_commands_refit_with_it(tmp_path, capsys) -
 def test_folders_of_any_name_can_be_pasted() -> None:
     """Hydra wants quotes around parentheses, those that were typed stay."""
     typed = ["fogzoo", "refine", 'hydra.searchpath=["file:///lab (1), own/conf",file:///own/conf]']
-    path, command = Stub("", "").commands("/my runs (2)", typed)
+    path, command = Stub("unexplained", "", "").commands("/my runs (2)", typed)
     assert shlex.split(path)[1] == "PYTHONPATH=/my runs (2):$PYTHONPATH"
     (setting,) = (one for one in shlex.split(command) if one.startswith("hydra.searchpath="))
     parsed = OverridesParser.create().parse_override(setting).value()
     assert [str(one).strip('"') for one in parsed] == ["file:///lab (1), own/conf", "file:///own/conf", "file:///my runs (2)/conf"]
+
+
+def test_after_a_class_of_ones_own_what_both_leave_is_asked_for(tmp_path) -> None:
+    """And not for the class once more, which would be written of what was unexplained before."""
+    record = {"effects": ["static_bias", "mohr"], "unexplained_form": {"todo": False}}
+    asked = _what_is_left({"verdict": "unknown"}, record, ["unexplained"], tmp_path)
+    assert asked == [diagnose_command(["static_bias", "mohr", "unexplained"])] == ["fogzoo diagnose 'effects=[static_bias,mohr,unexplained]'"]
+    assert _what_is_left({"verdict": "complete"}, record, ["unexplained"], tmp_path) == []
+    assert _what_is_left({"verdict": "unknown"}, record | {"model": {"path": "net"}}, ["unexplained"], tmp_path) == []
 
 
 def test_an_example_that_fits_nothing_is_not_to_be_refitted_with(tmp_path) -> None:

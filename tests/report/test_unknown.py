@@ -106,6 +106,22 @@ def test_its_yaml_names_the_class(record, tmp_path) -> None:
     assert str(path) in stub_line(path)
 
 
+@pytest.mark.parametrize("where", ["model", "candidates"])
+def test_a_second_class_has_a_name_of_its_own(record, tmp_path, where) -> None:
+    """Beside what an earlier diagnosis has written."""
+    taken = ["unexplained", "unexplained_2"]
+    if where == "model":
+        record["effects"] = [*record["effects"], *taken]
+    else:
+        record["candidates"] = [{"effect": name} for name in taken]
+    path = write_stub(record, tmp_path)
+    assert path == tmp_path / "unexplained_3.py"
+    check_effect(loaded(path), "unexplained_3")
+    told = yaml.safe_load((tmp_path / "conf/effects/unexplained_3.yaml").read_text())
+    assert told == {"unexplained_3": {"_target_": "unexplained_3.Unexplained"}}
+    assert stub_of(record).commands(tmp_path)[1].startswith("fogzoo refine add=unexplained_3 ")
+
+
 def test_the_source_keeps_to_the_house(record) -> None:
     stub = stub_of(record)
     assert stub is not None

@@ -54,6 +54,11 @@ def save_command() -> str:
     return shlex.join(["fogzoo", "refine", "add=[]", *typed_settings()])
 
 
+def diagnose_command(effects: list[str]) -> str:
+    """What to type to see what these effects leave together."""
+    return shlex.join(["fogzoo", "diagnose", listed("effects", effects), *(one for one in typed_settings() if not one.startswith("effects="))])
+
+
 def stub_commands(diagnosis: dict[str, Any], out: Path) -> list[str]:
     """What to type to refit with the class that was written for what nothing explains; nothing where it is only an example.
 

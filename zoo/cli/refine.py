@@ -14,7 +14,7 @@ from zoo.cli.effects import named
 from zoo.cli.given_model import subject
 from zoo.cli.grown_model import climb, examine, model_config
 from zoo.cli.inputs import read_data
-from zoo.cli.next_commands import FITTED, compare_command, next_commands, refine_words, stub_commands, typed_settings
+from zoo.cli.next_commands import FITTED, compare_command, diagnose_command, next_commands, refine_words, stub_commands, typed_settings
 from zoo.cli.saved_models import keep_model
 from zoo.diagnosis.refine import Refinement, check_added
 from zoo.models.base import Model
@@ -50,20 +50,28 @@ def run(config: DictConfig, out: Path) -> Path:
         status.update("drawing the report")
         record = before.record
         _report(page, out, record, found, models, check_runs)
-        stub = write_stub(record, out)
+        stub = write_stub(record, out) if wanted is None else None
         keep_model(out, model_config(config, asked, models[-1]), models[-1], runs)
         path = write_json(out / "refinement.json", found.record)
     from zoo.report.terminal import print_ladder
     from zoo.report.verdict import worth_adding
 
     better = next_commands(worth_adding(found.record) or [])
-    own = stub_commands(record, out) if found.record["verdict"] != "complete" else []
-    commands = [*better, *own, compare_command(out, typed_settings())]
+    commands = [*better, *_what_is_left(found.record, record, wanted, out), compare_command(out, typed_settings())]
     print_ladder(found.record, commands, "" if check_runs else FITTED, diagnosis=record if wanted is None else None)
     if stub:
         print(stub_line(stub))
     print(f"report: {out / 'report.html'}")
     return path
+
+
+def _what_is_left(refined: dict[str, Any], record: dict[str, Any], wanted: list[str] | None, out: Path) -> list[str]:
+    """What to type where the ladder ends above the noise: with the class that was written, or to see what the effects that were asked for leave."""
+    if refined["verdict"] == "complete":
+        return []
+    if wanted is None:
+        return stub_commands(record, out)
+    return [] if record.get("model") else [diagnose_command([*record["effects"], *wanted])]
 
 
 def _report(page: Ahead, out: Path, record: dict[str, Any], found: Refinement, models: list[Model], check_runs: Any) -> None:

@@ -38,7 +38,8 @@ def scatter(readings: Tensor) -> float:
     unlike = torch.diff(readings).abs()
     unlike = unlike[unlike > 0]
     step = float(unlike.quantile(FINEST)) if len(unlike) else 0.0
-    return max(white_level([readings]), step / math.sqrt(12.0))
+    level = white_level([readings])  # of too few no number
+    return max(level if math.isfinite(level) else 0.0, step / math.sqrt(12.0))
 
 
 def drawn(time: Tensor, readings: Tensor) -> Tensor:

@@ -8,6 +8,7 @@ import re
 import shlex
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from itertools import chain, count
 from pathlib import Path
 from typing import Any
 
@@ -18,6 +19,7 @@ from zoo.report.verdict import Record
 from zoo.report.wording import joined, significant
 
 NAME = "unexplained"
+"""Of the class; of another beside it with a number."""
 SEARCHPATH = "hydra.searchpath="
 WIDTH = 140
 """Longest line of the source."""
@@ -28,11 +30,13 @@ class Stub:
     """What to write, and where below a folder.
 
     Attributes:
-        source: of `unexplained.py`.
-        yaml: of `conf/effects/unexplained.yaml`.
+        name: that no effect of the diagnosis has.
+        source: of `<name>.py`.
+        yaml: of `conf/effects/<name>.yaml`.
         beside: effects that are to be added before it.
     """
 
+    name: str
     source: str
     yaml: str
     beside: tuple[str, ...] = ()
@@ -47,7 +51,7 @@ class Stub:
         place = Path(folder).resolve()
         given = [word.removeprefix(SEARCHPATH).strip("[]") for word in refine if word.startswith(SEARCHPATH)]
         folders = ",".join([*given, in_quotes(f"file://{place / 'conf'}")])
-        add = f"[{','.join([*self.beside, NAME])}]" if self.beside else NAME
+        add = f"[{','.join([*self.beside, self.name])}]" if self.beside else self.name
         typed = [*refine[:2], f"add={add}", *(word for word in refine[2:] if not word.startswith(SEARCHPATH)), f"{SEARCHPATH}[{folders}]"]
         return [f"export PYTHONPATH={shlex.quote(str(place))}{':$PYTHONPATH' if given else ''}", shlex.join(typed)]
 
@@ -63,11 +67,19 @@ def stub_of(diagnosis: Record) -> Stub | None:
     if not form:
         return None
     beside = tuple(name for name in form.get("effects") or () if name not in (diagnosis.get("effects") or form["effects"]))
-    return Stub(_source(form, diagnosis), f"{NAME}:\n  _target_: {NAME}.Unexplained\n", beside)
+    name = _free_name(diagnosis)
+    return Stub(name, _source(name, form, diagnosis), f"{name}:\n  _target_: {name}.Unexplained\n", beside)
+
+
+def _free_name(diagnosis: Record) -> str:
+    """That of no effect which is in the model or was a candidate: such as the class that an earlier diagnosis has written."""
+    form, candidates = diagnosis["unexplained_form"], diagnosis.get("candidates") or ()
+    taken = {*(diagnosis.get("effects") or ()), *(form.get("effects") or ()), *(one["effect"] for one in candidates)}
+    return next(name for name in chain([NAME], (f"{NAME}_{number}" for number in count(2))) if name not in taken)
 
 
 def write_stub(diagnosis: Record, folder: str | Path) -> Path | None:
-    """Write `unexplained.py` and `conf/effects/unexplained.yaml`; returns the former's path, None where there is nothing to write.
+    """Write the class and `conf/effects/<name>.yaml`; returns the former's path, None where there is nothing to write.
 
     Args:
         diagnosis: see `stub_of`.
@@ -76,8 +88,8 @@ def write_stub(diagnosis: Record, folder: str | Path) -> Path | None:
     stub = stub_of(diagnosis)
     if stub is None:
         return None
-    write_text(Path(folder) / "conf" / "effects" / f"{NAME}.yaml", stub.yaml)
-    return write_text(Path(folder) / f"{NAME}.py", stub.source)
+    write_text(Path(folder) / "conf" / "effects" / f"{stub.name}.yaml", stub.yaml)
+    return write_text(Path(folder) / f"{stub.name}.py", stub.source)
 
 
 def stub_line(path: Path) -> str:
@@ -85,12 +97,13 @@ def stub_line(path: Path) -> str:
     return f"a class to start from: {path}"
 
 
-def _source(form: Record, diagnosis: Record) -> str:
+def _source(name: str, form: Record, diagnosis: Record) -> str:
     methods = [_method(getattr(forms, form["columns"]), "columns"), _method(getattr(quantities, form["quantity"]), "quantity")]
     body = "\n\n".join(methods)
     imports = ["import torch"] if "torch." in body else []
     imports += ["from torch import Tensor", "", "from zoo.effects.base import Effect, History, Parameter" + (", spread" if "spread(" in body else "")]
-    imports += ["from zoo.physics.lag import lagged"] if "lagged(" in body else []
+    lags = [name for name in ("behind", "lagged") if f"{name}(" in body]
+    imports += [f"from zoo.physics.lag import {', '.join(lags)}"] if lags else []
     lines = [
         '"""An effect that is in no catalogue yet."""',
         "",
@@ -100,7 +113,7 @@ def _source(form: Record, diagnosis: Record) -> str:
         "class Unexplained(Effect):",
         *_docstring(form, diagnosis),
         "",
-        f'    name = "{NAME}"',
+        f'    name = "{name}"',
         f'    place = "{form["place"]}"',
         *([f"    needs = ({', '.join(map(_quoted, form['needs']))},)"] if form["needs"] else []),
         *_parameters("shape", form["shape"]),
