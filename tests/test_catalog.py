@@ -74,6 +74,12 @@ def test_damaged_weights_are_told_with_the_file(saved: Path, damage: str) -> Non
         load_model(saved)
 
 
+def test_weights_with_more_than_numbers_are_refused_for_that(saved: Path) -> None:
+    torch.save({"weight": Path("/")}, saved / "weights.pt")
+    with pytest.raises(InputError, match=r"weights\.pt: .* more than numbers is in it, which could be a program and is not loaded; train it again$"):
+        load_model(saved)
+
+
 @pytest.mark.parametrize("text", [b"\xff\xfe", b"_target_: [", b"_target_: ${nowhere}", b"- a list"])
 def test_a_damaged_config_is_told_with_the_file(saved: Path, text: bytes) -> None:
     (saved / "model.yaml").write_bytes(text)

@@ -8,6 +8,7 @@ import json
 import re
 from collections.abc import Iterator, Sequence
 from pathlib import Path
+from pickle import UnpicklingError
 from typing import Any, cast
 
 import torch
@@ -188,6 +189,9 @@ def load_model(folder: str | Path) -> torch.nn.Module:
         raise InputError(f"{folder / MODEL_FILE}: {strange or 'nothing there'} is no model and no effect; give the folder that a command left")
     try:
         module.load_state_dict(torch.load(folder / WEIGHTS_FILE, weights_only=True))
+    except UnpicklingError as error:
+        why = f"damaged, or of another model than {MODEL_FILE}, or more than numbers is in it, which could be a program and is not loaded"
+        raise InputError(f"{folder / WEIGHTS_FILE}: {why}; train it again") from error
     except UNREADABLE as error:
         raise InputError(f"{folder / WEIGHTS_FILE}: damaged, or of another model than {MODEL_FILE} ({_start(error)}); train it again") from error
     return module.eval()

@@ -326,6 +326,8 @@ def test_tensorboard_tells_trainings_apart_by_their_settings(recordings, tmp_pat
     best = json.loads((tmp_path / "metrics.json").read_text())["members"]["best_seed"]
     found = {key: told[key].number_value for key in ("model.hidden", "epochs", "seeds", "optimizer.lr", "seed")}
     assert found == {"model.hidden": 3, "epochs": 4, "seeds": 2, "optimizer.lr": 0.02, "seed": best}
+    assert "loss/fit" in events.Tags()["scalars"]
+    assert "epoch" not in events.Tags()["scalars"], "Lightning's, of many steps each"
 
 
 def test_a_recording_without_any_error_is_no_reason_to_fail(recordings, tmp_path) -> None:

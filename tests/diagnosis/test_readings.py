@@ -9,6 +9,7 @@ from dataclasses import replace
 import pytest
 import torch
 
+from zoo.diagnosis import readings
 from zoo.diagnosis.diagnose import diagnose, open_bench
 from zoo.diagnosis.readings import scatter_in, without_scatter
 from zoo.diagnosis.refine import _of_readings, check_rms, refine
@@ -44,6 +45,14 @@ def test_where_a_model_makes_little_of_them_nothing_is_touched(runs, base, catal
     bench = open_bench(runs("hysteresis"), base, catalogue)
     assert without_scatter(bench, [bench.begin(tuple(base))]) is bench
     assert bench.scatter == 0.0
+
+
+def test_where_no_curve_can_be_drawn_nothing_is_said_of_one(runs, base, catalogue, monkeypatch) -> None:
+    """As through the readings of a run of some minutes, whatever they make of the model."""
+    monkeypatch.setattr(readings, "MATTERS", 0.0)
+    monkeypatch.setattr(readings, "steadied", lambda run: run)
+    bench = open_bench(runs(""), base, catalogue)
+    assert without_scatter(bench, [bench.begin(tuple(base))]) is bench
 
 
 def test_what_filters_readings_must_explain_more_than_their_scatter(runs, base, catalogue) -> None:

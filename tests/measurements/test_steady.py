@@ -73,6 +73,12 @@ def test_scatter_is_that_of_the_readings() -> None:
     assert scatter(quantised(true + 0.02 * noise(len(true), 1), 0.0625)) == pytest.approx(math.hypot(0.02, 0.0625 / math.sqrt(12)), rel=0.15)
 
 
+@pytest.mark.parametrize("count", [1, 2, 3])
+def test_few_readings_have_a_scatter_as_well(count: int) -> None:
+    """Too few for differences of differences: that of their steps."""
+    assert scatter(torch.tensor([20.0, 20.3, 20.3][:count], dtype=torch.float64)) == pytest.approx(0.0 if count < 2 else 0.3 / 12**0.5)
+
+
 def test_steps_count_where_readings_stand_still() -> None:
     """Without noise most neighbours are alike, and differences show nothing."""
     slow = 20.0 + 0.01 * seconds() / 60.0

@@ -10,10 +10,22 @@ import numpy as np
 import pytest
 from rich.console import Console
 
+from zoo.report import comparison_page
 from zoo.report.comparison_figure import COLORS, OTHERS, colors_of
 from zoo.report.comparison_page import scale_of, seeds_drawn, stage_rows, stages_drawn, write_comparison
 from zoo.report.comparison_table import print_comparison
-from zoo.report.comparison_words import distance, extrapolations, goes_with, headline, leaders, sentences, statement, useless
+from zoo.report.comparison_words import (
+    distance,
+    extrapolations,
+    fitted_note,
+    goes_with,
+    headline,
+    leaders,
+    sentences,
+    statement,
+    too_good,
+    useless,
+)
 from zoo.report.palette import MEASURED, styled
 from zoo.report.run_figure import Curves, halves, run_figure
 from zoo.report.wording import Scale
@@ -285,6 +297,31 @@ def test_runs_that_were_fitted_are_no_judges() -> None:
     assert "runs that no model has seen" in sentences(of, scale_of(of))[-1]
     of["methods"][0]["fitted_runs"] = ["check"]
     assert "check; that flatters" in sentences(of, scale_of(of))[-1]
+
+
+def test_who_was_fitted_to_which_run_is_said() -> None:
+    of = document(5)
+    for one, runs in zip(of["methods"], (["run_1"], ["run_1"], ["run_2"], ["run_1", "run_2"], []), strict=True):
+        one["fitted_runs"] = runs
+    names = [one["name"] for one in of["methods"]]
+    each = f"run_1 by {names[0]} and {names[1]}; run_2 by {names[2]}; run_1 and run_2 by {names[3]}"
+    assert (fitted_note(of) or "").startswith(f"Fitted, to go by name and error: {each}; that flatters them there")
+    of["methods"][4]["fitted_runs"] = ["run_3"]
+    assert f"{each}; others by 1 more; that" in (fitted_note(of) or "")
+
+
+def test_what_is_below_the_noise_is_not_praised() -> None:
+    """It sees the output, most likely."""
+    of = document(3)
+    assert too_good(of) == []
+    assert comparison_page._state(of) == "complete"
+    of["methods"][0] |= {"excess": 0.02}
+    (told,) = too_good(of)
+    assert told.startswith("Below the noise that neighbouring means differ by: a_network_called_0.")
+    assert told in sentences(of, scale_of(of))
+    assert "less than the noise of these runs (0.0× the floor)" in distance(of["methods"][0], scale_of(of), whole=True)
+    assert goes_with(of["methods"][0]) == "What is left is less than the noise of these runs."
+    assert comparison_page._state(of) == "missing"
 
 
 def test_what_is_left_goes_with_what_has_most_of_it() -> None:

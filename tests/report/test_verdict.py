@@ -166,6 +166,14 @@ def test_a_trained_model_that_does_not_fit_is_not_called_complete() -> None:
     assert "Unknown: nothing in the catalogue" in words({**bad, "verdict_refitted": "unknown"})
 
 
+def test_where_effects_were_left_out_the_catalogue_is_not_said_to_explain_nothing() -> None:
+    told = words({"verdict": "unknown", "left_out": ["aging", "moisture"]})
+    assert "Unknown: none of the candidates explains this" in told
+    assert "no candidate makes it so; candidates leaves out 2 of the catalogue's effects" in told
+    assert "nothing in the catalogue" not in told
+    assert "no known effect" not in told
+
+
 def test_the_last_rms_is_of_the_last_fit() -> None:
     first = {"effect": "aging", "rms": 0.5}
     one: Record = {"effects": ["mohr"], "missing": ["aging"], "rms": 0.9, "rms_final": 0.3, "candidates": [first]}

@@ -70,10 +70,14 @@ def test_a_checkpoint_resumes_to_where_an_uninterrupted_training_ends(make_run, 
     whole, part = BP(FEATURES), BP(FEATURES)
     train(whole, runs, optimizer=ADAM, init=init(), epochs=100, batch_size=batch_size, out=tmp_path)
     train(part, runs, optimizer=ADAM, init=init(), epochs=first, batch_size=batch_size, out=tmp_path)
+    checkpoint = torch.load(tmp_path / CHECKPOINT, weights_only=True)
+    checkpoint["spent_s"] += 100.0
+    torch.save(checkpoint, tmp_path / CHECKPOINT)
     assert not torch.equal(weight_vector(part), weight_vector(whole))
     again = BP(FEATURES)
     metrics = train(again, runs, optimizer=ADAM, init=init(), epochs=100, batch_size=batch_size, resume=tmp_path / CHECKPOINT, out=tmp_path)
     assert metrics["epochs"] == 100
+    assert 100.0 < metrics["wall_time_s"] < 200.0, "both pieces"
     torch.testing.assert_close(weight_vector(again), weight_vector(whole), rtol=1e-9, atol=1e-12)
 
 

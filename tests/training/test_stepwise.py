@@ -155,7 +155,11 @@ def test_levenberg_marquardt_resumes_to_where_an_uninterrupted_one_ends(make_run
     fit = partial(train, runs=[make_run(bend=0.5, noise=0.05)], optimizer=LevenbergMarquardt(), seeds=3)
     told = fit(BP(FEATURES), epochs=20, init=SwarmInit(pso, 6, 5), out=tmp_path / "whole")
     fit(BP(FEATURES), epochs=8, init=SwarmInit(pso, 6, 5), out=tmp_path / "part")
+    checkpoint = torch.load(tmp_path / "part" / CHECKPOINT, weights_only=True)
+    torch.save(checkpoint | {"spent_s": checkpoint["spent_s"] + 100.0}, tmp_path / "part" / CHECKPOINT)
     again = fit(BP(FEATURES), epochs=20, init=SwarmInit(pso, 6, 5), resume=tmp_path / "part" / CHECKPOINT, out=tmp_path / "again")
+    assert 100.0 < again["wall_time_s"] < 200.0, "both pieces"
+    assert 100.0 < torch.load(tmp_path / "again" / CHECKPOINT, weights_only=True)["spent_s"] < 200.0
     assert again["evaluations"] == told["evaluations"] > 30, "those of the swarm, which was skipped, included"
     ends = {name: [list(one.state.values()) for one in read_members(tmp_path / name)] for name in ("whole", "part", "again")}
     for whole, again in zip(ends["whole"], ends["again"], strict=True):

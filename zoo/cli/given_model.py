@@ -73,6 +73,9 @@ def subject(config: DictConfig, runs: list[Run], wanted: list[str] | None = None
         with open_dict(asked):
             asked.effects = {}  # the defaults are of a sum of effects that was not asked about
     network, own = _parts(saved.module)
+    if network is not None and not any(weights.numel() for weights in network.parameters()):
+        why = "has no weights, by which to find what a model lacks beside what it could have learnt"
+        raise InputError(f"model={saved.folder}: {saved.kind} {why}; possible: a model with weights, such as bp, or a sum of effects")
     wished, known = list(asked.get("effects") or {}), catalogue(asked, wanted)
     more = [name for name in wished if name not in own]
     term = "" if network is None else saved.kind if saved.kind not in known else f"{saved.kind}_model"

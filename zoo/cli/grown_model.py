@@ -10,7 +10,7 @@ from typing import Any
 import torch
 from omegaconf import DictConfig, OmegaConf
 
-from zoo.catalog import MODEL_FILE, load
+from zoo.catalog import MODEL_FILE, load, names
 from zoo.cli.command_line import plain, searchpath
 from zoo.cli.given_model import Subject
 from zoo.cli.next_commands import with_own_configs
@@ -55,6 +55,7 @@ def _rungs(found: Diagnosis) -> list[Solved]:
 def _told(found: Diagnosis, asked: Subject) -> Diagnosis:
     """The diagnosis with the model it is of, and what that leaves as it was trained: the linearised one was fitted to these runs anew."""
     record = found.record
+    record["left_out"] = [name for name in names("effects", searchpath()) if name not in asked.catalogue]
     if record["next_experiment"] is not None:
         record["next_experiment"]["command"] = with_own_configs(record["next_experiment"]["command"])
     if asked.saved is None:

@@ -14,6 +14,7 @@ import torch
 from zoo import units
 from zoo.errors import BadRow, InputError
 from zoo.given import is_number
+from zoo.measurements.dead_readings import jumps
 from zoo.measurements.files import find_files, run_names
 from zoo.measurements.gaps import unsettled
 from zoo.measurements.recording import GAP_STEPS, JITTER, Average, Recording, auto_length
@@ -208,6 +209,7 @@ def _run(name: str, one: Layout, recording: Recording, length: float | None) -> 
         raise InputError(f"{one.path}: no block of {average:g} s has half of its rows ({lasts}); choose a shorter data.average_s")
     table = torch.from_numpy(fine.mean)
     hot = [note for place, source in enumerate(one.inputs) for note in implausible(source, float(fine.mean[:, place].max()))]
+    dead = [note for place in thermometers for note in jumps(one.inputs[place].column, fine.mean[:, 0], fine.mean[:, place], fine.segment)]
     doubt = mistaken_unit(one, fine.mean[:, -2], fine.mean[:, -1], fine.count)
     return Run(
         name=name,
@@ -219,7 +221,7 @@ def _run(name: str, one: Layout, recording: Recording, length: float | None) -> 
         count=torch.from_numpy(fine.count),
         block=torch.from_numpy(block),
         rows=recording.rows,
-        notes=(*recording.notes, *_notes(recording, average, length, thin - cut_short), *forgetting, *hot, *doubt),
+        notes=(*recording.notes, *_notes(recording, average, length, thin - cut_short), *forgetting, *hot, *dead, *doubt),
         recorded=one.sources,
     )
 

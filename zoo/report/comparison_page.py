@@ -12,7 +12,7 @@ from zoo import __version__
 from zoo.artifacts import write_text
 from zoo.report.canvas import inline_svg
 from zoo.report.comparison_figure import seeds_figure, stages_figure
-from zoo.report.comparison_words import Record, goes_with, headline, judges, leaders, pair_of, sentences, statement, whole_noise
+from zoo.report.comparison_words import Record, goes_with, headline, judges, leaders, pair_of, sentences, statement, too_good, whole_noise
 from zoo.report.palette import styled
 from zoo.report.run_figure import Curves, halves
 from zoo.report.tables import region_rows
@@ -127,7 +127,7 @@ def _state(document: Record) -> str:
     """Which colour the answer has: clear, or not."""
     if document["methods"][0]["rms"]["median"] >= document["rms"][UNCOMPENSATED]:
         return "none"
-    return "complete" if len(leaders(document)) == 1 else "missing"
+    return "complete" if len(leaders(document)) == 1 and not too_good(document) else "missing"
 
 
 def _tiles(document: Record, scale: Scale) -> list[tuple[str, str, str]]:

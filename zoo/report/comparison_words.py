@@ -17,6 +17,8 @@ NEAR = 0.05
 """Ratios this close to one are written with a decimal more."""
 NAMED = 3
 """More methods than this are counted, not named."""
+BELOW = 0.8
+"""RMS over the noise floor below which a prediction knows more than it should: a fit with a third as many weights as means leaves as much."""
 WORTH_NAMING = 0.15
 """A smaller share of the residual is not told."""
 
@@ -157,7 +159,16 @@ def sentences(document: Record, scale: Scale) -> list[str]:
 
 def notes(document: Record) -> list[str]:
     """What limits what the comparison says: who is worse than nothing, who extrapolates, and who is judged by what it was fitted to."""
-    return [*useless(document), *extrapolations(document), *filter(None, [fitted_note(document)])]
+    return [*too_good(document), *useless(document), *extrapolations(document), *filter(None, [fitted_note(document)])]
+
+
+def too_good(document: Record) -> list[str]:
+    """Who leaves less than neighbouring means differ by, which is noise unless something fast is followed."""
+    names = [one["name"] for one in document["methods"] if one["excess"] < BELOW]
+    if not names:
+        return []
+    told = "it follows something fast, or it sees the gyro's output or was fitted to these very runs; make sure before you rely on it"
+    return [f"Below the noise that neighbouring means differ by: {_who(names, document)}. Either {told}."]
 
 
 def useless(document: Record) -> list[str]:
@@ -213,14 +224,27 @@ def fitted_note(document: Record) -> str | None:
         kept = {one["held_out"] for one in methods}
         held = f", or data.holdout={kept.pop():g}, which the fit left out" if len(kept) == 1 and min(kept) > 0 else ""
         return f"All of these runs were fitted by {who}, to go by their names and errors: runs that no model has seen are needed to judge{held}."
-    runs = list(dict.fromkeys(run for one in methods for run in one["fitted_runs"]))
     names = [one["name"] for one in methods if one["fitted_runs"]]
-    if not runs:
+    if not names:
         return None
-    told = f"Fitted by {_who(names, document)}, to go by name and error: {joined(runs)}"
+    told = _fitted(document)
     if judges(document) == UNSEEN:
         return f"{told}. The order is that of the other runs, which no model has seen."
     return f"{told}; that flatters {'it' if len(names) == 1 else 'them'} there."
+
+
+def _fitted(document: Record) -> str:
+    """Which runs were fitted, and by whom."""
+    by_runs: dict[tuple[str, ...], list[str]] = {}
+    for one in document["methods"]:
+        if one["fitted_runs"]:
+            by_runs.setdefault(tuple(one["fitted_runs"]), []).append(one["name"])
+    (first, names), *others = by_runs.items()
+    if not others:
+        return f"Fitted by {_who(names, document)}, to go by name and error: {joined(first)}"
+    each = [f"{joined(runs)} by {_who(names, document)}" for runs, names in by_runs.items()]
+    more = [f"others by {len(each) - NAMED} more"] if len(each) > NAMED else []
+    return f"Fitted, to go by name and error: {'; '.join([*each[:NAMED], *more])}"
 
 
 def _stated(document: Record, first: str, second: str) -> str | None:
@@ -232,6 +256,8 @@ def distance(method: Record, scale: Scale, whole: bool) -> str:
     """How far one method is from the noise: from all of it, or from its white part."""
     excess, removed = method["excess"], percent(method["removed"]) if method["removed"] > 0 else "none"
     what = f"{method['name']} leaves {scale.full(method['rms']['median'])} and removes {removed} of the error"
+    if excess < BELOW:
+        return f"{what}: less than the noise of these runs ({times(excess)} the floor)."
     if excess <= WORTH_TELLING:
         return f"{what}: what is left is noise ({times(excess)} the floor)."
     if whole and excess <= CHECK_ALLOWED:
@@ -243,6 +269,8 @@ def distance(method: Record, scale: Scale, whole: bool) -> str:
 
 def goes_with(method: Record) -> str:
     """What a method's residual goes with, in a line."""
+    if method["excess"] < BELOW:
+        return "What is left is less than the noise of these runs."
     if method["excess"] <= WORTH_TELLING:
         return "What is left is about noise."
     named = {"constant": "is a constant", "run": "differs from run to run"}

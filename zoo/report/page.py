@@ -160,6 +160,7 @@ def _read_part(diagnosis: Record, traces: list[Trace], refinement: Record | None
         "notes": merged([str(note) for note in diagnosis.get("notes") or []], [*known, *(str(run) for run in diagnosis.get("runs") or [])]),
         "undetermined": [str(item) for item in diagnosis.get("undetermined") or []],
         "unexplained": unexplained(diagnosis, bool(refinement and _added(diagnosis, refinement))),
+        "left_out": diagnosis.get("left_out"),
         "not_tried": [(str(name), joined(needs)) for name, needs in (diagnosis.get("not_tried") or {}).items()],
     }
 

@@ -141,7 +141,8 @@ def _verdict(diagnosis: Record, refinement: Record | None) -> Verdict:
     if badly_trained(diagnosis):
         return _bad_training(diagnosis)
     if kind == "unknown":
-        return Verdict("unknown", "Unknown: nothing in the catalogue explains this", _what_unknown_means(diagnosis))
+        tried = "none of the candidates" if diagnosis.get("left_out") else "nothing in the catalogue"
+        return Verdict("unknown", f"Unknown: {tried} explains this", _what_unknown_means(diagnosis))
     return Verdict("none", "No verdict", ["There is no diagnosis of this model."])
 
 
@@ -259,7 +260,9 @@ def _what_unknown_means(diagnosis: Record) -> list[str]:
         if told:
             return [*sentences, *told, *_one_thermometer(diagnosis)]
     else:
-        sentences.append("The residual is not noise, and no known effect makes it so.")
+        left_out = diagnosis.get("left_out") or ()
+        some = f"no candidate makes it so; candidates leaves out {len(left_out)} of the catalogue's effects"
+        sentences.append(f"The residual is not noise, and {some if left_out else 'no known effect makes it so'}.")
     return sentences + unexplained(diagnosis) + _one_thermometer(diagnosis)
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import time
 from collections.abc import Callable, Iterable, Mapping
 from typing import Any, cast
 
@@ -17,8 +18,9 @@ from zoo.training.weights import set_weights
 
 MakeOptimizer = Callable[[Iterable[nn.Parameter]], torch.optim.Optimizer]
 Batch = tuple[Tensor, Tensor]
-OPTIMIZER, EVALUATIONS, FINISHED, SETTINGS, GOAL = "optimizer_name", "evaluations", "finished", "settings", "goal"
-"""Keys under which a checkpoint names the optimizer whose state it holds, counts, and says whether that training is over and what it was."""
+OPTIMIZER, EVALUATIONS, FINISHED, SETTINGS, GOAL, SPENT = "optimizer_name", "evaluations", "finished", "settings", "goal", "spent_s"
+"""Keys under which a checkpoint names the optimizer whose state it holds, counts, says whether that training is over and what it was, and how long it
+has taken."""
 
 
 class Training(LightningModule):
@@ -60,6 +62,7 @@ class Training(LightningModule):
         self.stepper: str | None = None
         self.kept: dict[str, Any] = {}
         self.evaluations = 0
+        self.began_s, self.spent_before_s = time.perf_counter(), 0.0
         self.latest: Tensor | None = None
 
     @property
@@ -133,11 +136,11 @@ class Training(LightningModule):
     def on_save_checkpoint(self, checkpoint: dict[str, Any]) -> None:
         """Says whose state the checkpoint holds, since one optimizer's state means nothing to another, and what is needed to go on."""
         checkpoint |= {OPTIMIZER: self.optimizer_name, EVALUATIONS: self.evaluations, FINISHED: self.finished, SETTINGS: self.settings}
-        checkpoint |= {GOAL: self.goal} | self.kept
+        checkpoint |= {GOAL: self.goal, SPENT: self.spent_before_s + time.perf_counter() - self.began_s} | self.kept
 
     def on_load_checkpoint(self, checkpoint: dict[str, Any]) -> None:
         """Goes on counting; who had reached a goal goes on to a lower one."""
-        self.evaluations = checkpoint.get(EVALUATIONS, 0)
+        self.evaluations, self.spent_before_s = checkpoint.get(EVALUATIONS, 0), checkpoint.get(SPENT, 0.0)
         if isinstance(self.model, Ensemble) and lowered(checkpoint, self.goal):
             checkpoint["state_dict"]["model.done"].fill_(False)
 

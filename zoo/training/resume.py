@@ -10,7 +10,7 @@ from torch import Tensor
 
 from zoo.errors import InputError
 from zoo.training.files import CHECKPOINT, UNREADABLE
-from zoo.training.module import EVALUATIONS, FINISHED, OPTIMIZER, SETTINGS, Training, lowered
+from zoo.training.module import EVALUATIONS, FINISHED, OPTIMIZER, SETTINGS, SPENT, Training, lowered
 
 STATE = "stepwise"
 """Key of the state that steps of no gradient descent go on from."""
@@ -58,6 +58,11 @@ def stepwise_state(path: Path, stepper: str, shape: tuple[int, int], steps: int,
     if lowered(checkpoint, goal):
         state["settled"] = torch.zeros_like(state["settled"])
     return done, int(checkpoint.get(EVALUATIONS, 0)), state
+
+
+def spent_before_s(path: Path | None) -> float:
+    """How long the training had taken that is gone on from, by its checkpoint [s]."""
+    return 0.0 if path is None else float(_read(path).get(SPENT, 0.0))
 
 
 def _read(path: Path) -> dict[str, Any]:

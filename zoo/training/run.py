@@ -33,8 +33,9 @@ from zoo.training.init import Init, log_to
 from zoo.training.members import Member, compare_members, write_members
 from zoo.training.module import MakeOptimizer, Training, check_steps
 from zoo.training.one_after_another import one_after_another
-from zoo.training.quiet import quiet_lightning
+from zoo.training.quiet import OwnScalars, quiet_lightning
 from zoo.training.random_init import RandomInit
+from zoo.training.resume import spent_before_s
 from zoo.training.schedule import Schedule
 from zoo.training.scores import score_runs
 from zoo.training.stepwise import Stepwise, fit_stepwise, is_stepwise
@@ -121,7 +122,7 @@ def train(
         useless = next((name for name, value in (("resume", resume), ("batch_size", batch_size)) if value is not None), None)
         if useless:
             raise InputError(f"{useless}: {type(optimizer).__name__} solves in one go, from all blocks at once; leave it out")
-    logger = TensorBoardLogger(out, name=EVENTS, version="", default_hp_metric=False)
+    logger = OwnScalars(out, name=EVENTS, version="", default_hp_metric=False)
     every = range(seed, seed + seeds)
     with quiet_lightning(), _no_half_curve(out / EVENTS), threads_for(WIDTH * samples_of(runs) * sum(run.blocks for run in runs)):
         if hasattr(optimizer, "fit"):
@@ -148,7 +149,7 @@ def train(
     metrics |= {"seed": seed, "device": place, "parameters": sum(p.numel() for p in model.parameters()), "versions": versions()}
     metrics |= {} if spread is None else {"members": spread}
     metrics |= {"formula": formula} if (formula := model.formula()) else {}
-    metrics["wall_time_s"] = round(time.perf_counter() - started, 3)
+    metrics["wall_time_s"] = round(spent_before_s(resume) + time.perf_counter() - started, 3)
     _log_result(logger, metrics, [*(labels or {}), "parameters", "average_s"], {"seeds": seeds, "epochs": epochs} | dict(hyperparameters or {}))
     return metrics
 

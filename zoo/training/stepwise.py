@@ -20,7 +20,7 @@ from zoo.training.init import Init, Log
 from zoo.training.members import Member
 from zoo.training.module import Training
 from zoo.training.problem import Problem
-from zoo.training.resume import STATE, stepwise_state
+from zoo.training.resume import STATE, spent_before_s, stepwise_state
 from zoo.training.schedule import POINTS, Schedule
 from zoo.training.stopping import stoppable
 from zoo.training.weights import set_weights
@@ -92,7 +92,7 @@ def fit_stepwise(
         done, drawn, kept = stepwise_state(schedule.resume, type(method).__name__, (len(seeds), problem.size), most, schedule.goal)
         state = _judged_anew(problem, method.restored(problem, kept))
     module = Training(model, goal=schedule.goal, settings=schedule.settings)
-    module.stepper, module.evaluations = type(method).__name__, drawn
+    module.stepper, module.evaluations, module.spent_before_s = type(method).__name__, drawn, spent_before_s(schedule.resume)
     state = _stepped(problem, method, state, range(done, most), schedule.goal, module, out, log)
     losses, steps, evaluations = problem.losses(state.weights).tolist(), method.steps_of(state), method.evaluations(state)
     members = []
