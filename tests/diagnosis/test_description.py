@@ -152,6 +152,8 @@ def test_the_class_that_is_written_makes_the_model_complete(described, all_with_
     monkeypatch.delitem(sys.modules, "unexplained", raising=False)
     check_effect(effect, "unexplained")
     record = refine(fitted_runs, [check], list(BASE), "unexplained", {**catalogue, "unexplained": effect}).record
+    assert found.complete is not None
+    assert bench.noise_floor(found.complete) == pytest.approx(record["noise_floor"], rel=0.05), "told before as after"
     assert record["ladder"][-1]["rms"] < 1.1 * record["noise_floor"]
     assert record["ladder"][-1]["rms_check"] < 1.1 * record["noise_floor_check"]
     assert record["ladder"][0]["rms_check"] > 3 * record["ladder"][-1]["rms_check"]
@@ -161,9 +163,13 @@ def test_the_class_that_is_written_makes_the_model_complete(described, all_with_
 def test_what_helps_may_hide_what_nothing_explains(all_with_planted, catalogue, white, tmp_path) -> None:
     """A fringe in the temperature five times as large: beside it, what the model leaves goes with nothing; with it added, with the rate."""
     runs = [replace(run, error=run.error + 50 * white * torch.cos(2 * torch.pi * run.temperature / 17)) for run in all_with_planted("square")[:-1]]
-    record = diagnose(runs, list(BASE), catalogue).record
+    found = diagnose(runs, list(BASE), catalogue)
+    record = found.record
     assert (record["verdict"], record["missing"][0]) == ("unknown", "polarization")
     assert record["unexplained_form"]["effects"] == [*BASE, "polarization"]
+    complete = describe(found.bench, next(one for one in found.search.path if one.names[-1] == "polarization")).complete
+    assert complete is not None
+    assert record["noise_floor"] == found.bench.noise_floor(complete) != found.bench.mixtures.white, "of the model with it"
     assert "the size of the temperature rate" in record["unexplained"][0]["depends_on"]
     said = verdict_of(record)
     assert any("What the model leaves with polarization added: it " in sentence for sentence in said.sentences)

@@ -49,4 +49,4 @@ def test_a_run_is_read_with_a_note_of_it(tmp_path) -> None:
     rows = "\n".join(f"{time:g},{temperature:.3f},{0.01 * np.sin(time):.6f}" for time, temperature in zip(TIME_S, readings, strict=True))
     (tmp_path / "a.csv").write_text(f"time_s,probe_c,gyro_dph\n{rows}\n")
     (run,) = read_runs([str(tmp_path / "a.csv")], columns={"temperature": "probe_c", "output": "gyro_dph"}, reference=0.0)
-    assert any("probe_c jumps by up to 280 K" in note for note in run.notes)
+    assert any(note.startswith("a: probe_c jumps by up to 280 K") for note in run.notes)

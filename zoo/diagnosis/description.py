@@ -45,12 +45,14 @@ class Description:
         form: the form to start from, ready for JSON.
         words: what it is like as a whole.
         best: the form, fitted with the model; None where nothing smooth explains much.
+        complete: the model with it, where that leaves noise.
     """
 
     dependences: list[dict[str, Any]]
     form: dict[str, Any]
     words: str
     best: Tried | None
+    complete: Solved | None = None
 
     def record(self) -> dict[str, Any]:
         """The fields of the diagnosis: `unexplained`, `unexplained_form` and `unexplained_words`."""
@@ -65,23 +67,19 @@ def describe(bench: Workbench, base: Solved) -> Description:
         base: the model that leaves something unexplained.
     """
     forms, best = best_form(bench, base)
-    if share_of(best.solved, base) < SMOOTH and not _makes_noise(forms, best):
+    complete = best.solved if leaves_noise(forms.bench, best.solved, best.solved) else None
+    if share_of(best.solved, base) < SMOOTH and complete is None:  # else it is what was missing, however little a bent coil and flicker left of it
         return _nothing_smooth(bench, base)
     first = next(free for free in forms.frees if forms.has(free, best.effect.name))
     entries = [_entry(bench, forms.at, base, first, best)]
     entries[0]["as_good"] = _as_good(bench, forms, first)
     entries += _further(bench, best.solved, base, {first.words})
-    return Description(entries, _form(bench, best, entries[0]["words"]), entries[0]["words"], best)
+    return Description(entries, _form(bench, best, entries[0]["words"]), entries[0]["words"], best, complete)
 
 
 def share_of(solved: Solved, base: Solved) -> float:
     """Share of the variance of what one model leaves that another takes away."""
     return 1.0 - (solved.rms / base.rms) ** 2
-
-
-def _makes_noise(forms: FormBench, best: Tried) -> bool:
-    """Whether a form leaves noise: then it is what was missing, however little of the variance a bent coil and flicker had left of it."""
-    return leaves_noise(forms.bench, best.solved, best.solved)
 
 
 def _nothing_smooth(bench: Workbench, base: Solved) -> Description:

@@ -10,7 +10,7 @@ from typing import Any
 from zoo.diagnosis.acceptance import accepted
 from zoo.diagnosis.alike import indistinguishable
 from zoo.diagnosis.cross_validation import rms_by_run
-from zoo.diagnosis.description import describe
+from zoo.diagnosis.description import Description, describe
 from zoo.diagnosis.detection_limits import Limit, detection_limits
 from zoo.diagnosis.experiment.proposal import Proposal
 from zoo.diagnosis.experiment.propose import propose
@@ -132,7 +132,11 @@ def diagnose(runs: list[Run], effects: list[str], catalogue: dict[str, Effect], 
         found = what_helps(found)
         structure = examine(bench, found.final, base)
     verdict = "unknown" if not structure.is_noise else "missing" if found.missing else "complete"
-    floor = bench.noise_floor(found.final) if structure.is_noise else bench.mixtures.white
+    if verdict == "unknown":
+        progress("describing what nothing explains")
+    told = _description(bench, found) if verdict == "unknown" else None
+    complete = found.final if structure.is_noise else told and told.complete
+    floor = bench.noise_floor(complete) if complete else bench.mixtures.white
     others = [name for name in candidates if name not in found.final.names]
     limits = detection_limits(bench, found.final, others, accepted(base, found.final))
     weighed = hypotheses(found, structure, too_small([(limit.hidden, limit.odds) for limit in limits.values()], alone=not found.missing))
@@ -168,21 +172,20 @@ def diagnose(runs: list[Run], effects: list[str], catalogue: dict[str, Effect], 
         "not_tried": {name: bench.lacking(name) for name in catalogue if name not in effects and bench.lacking(name)},
         "notes": [*(note for run in bench.runs for note in run.notes), *_unequal(floors)],
     }
-    if verdict == "unknown":
-        progress("describing what nothing explains")
-        record |= _description(bench, found)
+    record |= told.record() if told else {}
     proposal = _experiment(bench, found, record, progress)
     return Diagnosis(record | {"next_experiment": proposal.record() if proposal else None}, bench, found, structure)
 
 
-def _description(bench: Workbench, found: Search) -> dict[str, Any]:
+def _description(bench: Workbench, found: Search) -> Description:
     """What the model leaves; where nothing smooth is seen in that, what it leaves with one effect more that helps, which may have hidden it."""
-    first: dict[str, Any] = {}
-    for solved in (found.base, *found.path):
+    first = describe(bench, found.base)
+    if first.best is not None or found.final is found.base:
+        return first
+    for solved in found.path:
         told = describe(bench, solved)
-        first = first or told.record()
         if told.best is not None:
-            return told.record()
+            return told
         if solved is found.final:
             break
     return first

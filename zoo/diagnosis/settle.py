@@ -80,8 +80,8 @@ def _beside_a_walk(bench: Workbench, found: Search, candidates: list[str], progr
     """A search that left much of a walk, once more weighed by it where that leads to noise.
 
     As if noise were white, fits go far to follow with one effect what another makes, and evidence, under a walk, makes little of what they gain by
-    that. Weighed by the walk they leave the rest to it; two at once were tried
-    before. Once there is noise, the fits are weighed by that, unless noise is no longer what they leave.
+    that. Weighed by the walk they leave the rest to it; two at once were tried before. Once there is noise, the fits are weighed by that, unless
+    noise is no longer what they leave.
     """
     if leaves_noise(bench, found.final, found.base):
         return bench, found

@@ -209,7 +209,9 @@ def _run(name: str, one: Layout, recording: Recording, length: float | None) -> 
         raise InputError(f"{one.path}: no block of {average:g} s has half of its rows ({lasts}); choose a shorter data.average_s")
     table = torch.from_numpy(fine.mean)
     hot = [note for place, source in enumerate(one.inputs) for note in implausible(source, float(fine.mean[:, place].max()))]
-    dead = [note for place in thermometers for note in jumps(one.inputs[place].column, fine.mean[:, 0], fine.mean[:, place], fine.segment)]
+    dead = [
+        f"{name}: {note}" for place in thermometers for note in jumps(one.inputs[place].column, fine.mean[:, 0], fine.mean[:, place], fine.segment)
+    ]
     doubt = mistaken_unit(one, fine.mean[:, -2], fine.mean[:, -1], fine.count)
     return Run(
         name=name,
