@@ -61,6 +61,13 @@ def result(folder: Path, name: str) -> dict:
     return json.loads((folder / name).read_text())
 
 
+def test_a_model_without_weights_is_refused_for_that(gyro, tmp_path, capsys) -> None:
+    given = [f"data.files=[{gyro}/run_1.csv]"]
+    assert run("train", ["model=ls_svm", *given, f"hydra.run.dir={tmp_path / 'net'}"]) == 0
+    assert run("diagnose", [f"model={tmp_path / 'net'}", *given, f"hydra.run.dir={tmp_path / 'out'}"]) == 2
+    assert "ls_svm has no weights, by which to find what a model lacks" in capsys.readouterr().err
+
+
 @pytest.mark.slow
 def test_what_a_network_lacks_is_named(gyro, network, tmp_path, capsys) -> None:
     assert run("diagnose", [f"model={network}", *data(gyro), f"hydra.run.dir={tmp_path}"]) == 0
