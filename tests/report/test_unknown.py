@@ -106,14 +106,14 @@ def test_its_yaml_names_the_class(record, tmp_path) -> None:
     assert str(path) in stub_line(path)
 
 
-@pytest.mark.parametrize("where", ["model", "candidates"])
+@pytest.mark.parametrize("where", ["effects", "left_out", "not_tried", "candidates"])
 def test_a_second_class_has_a_name_of_its_own(record, tmp_path, where) -> None:
     """Beside what an earlier diagnosis has written."""
     taken = ["unexplained", "unexplained_2"]
-    if where == "model":
-        record["effects"] = [*record["effects"], *taken]
-    else:
+    if where == "candidates":
         record["candidates"] = [{"effect": name} for name in taken]
+    else:
+        record[where] = [*record.get(where, []), *taken]
     path = write_stub(record, tmp_path)
     assert path == tmp_path / "unexplained_3.py"
     check_effect(loaded(path), "unexplained_3")

@@ -50,7 +50,7 @@ def run(config: DictConfig, out: Path) -> Path:
         status.update("drawing the report")
         record = before.record
         _report(page, out, record, found, models, check_runs)
-        stub = write_stub(record, out) if wanted is None else None
+        stub = write_stub(record, out)  # the page shows it
         keep_model(out, model_config(config, asked, models[-1]), models[-1], runs)
         path = write_json(out / "refinement.json", found.record)
     from zoo.report.terminal import print_ladder
@@ -59,7 +59,7 @@ def run(config: DictConfig, out: Path) -> Path:
     better = next_commands(worth_adding(found.record) or [])
     commands = [*better, *_what_is_left(found.record, record, wanted, out), compare_command(out, typed_settings())]
     print_ladder(found.record, commands, "" if check_runs else FITTED, diagnosis=record if wanted is None else None)
-    if stub:
+    if stub and wanted is None:
         print(stub_line(stub))
     print(f"report: {out / 'report.html'}")
     return path

@@ -197,10 +197,10 @@ def check_proposals(arguments: list[str]) -> None:
     Raises:
         InputError: says what a range looks like.
     """
-    settings = [one for one in arguments if "=" in one and not one.startswith("-")]
+    settings = _optunas(arguments)
     keys = {one.partition("=")[0].lstrip("+") for one in settings}
     own = any(key == "experiment" or (key.startswith("hydra.sweeper.") and not key.startswith("hydra.sweeper.n_")) for key in keys)
-    if "hydra/sweeper=optuna" not in settings or own or not {"-m", "--multirun"} & {*arguments}:
+    if own or not settings:
         return
     with suppress(HydraException):
         if not any(one.is_sweep_override() for one in OverridesParser.create().parse_overrides(settings)):
@@ -220,8 +220,8 @@ def check_choices(verb: str, arguments: list[str]) -> None:
     Raises:
         HydraException: of the first that do not.
     """
-    settings = [one for one in arguments if "=" in one and not one.startswith("-")]
-    if "hydra/sweeper=optuna" not in settings or not {"-m", "--multirun"} & {*arguments}:
+    settings = _optunas(arguments)
+    if not settings:
         return
     parsed = OverridesParser.create().parse_overrides(settings)
     own = [one for one in parsed if not one.key_or_group.startswith("hydra") or one.key_or_group == "hydra.searchpath"]
@@ -230,6 +230,12 @@ def check_choices(verb: str, arguments: list[str]) -> None:
         for place, one in enumerate(own):
             for value in values[place] if one.is_choice_sweep() and names(one.key_or_group) else ():
                 hydra.compose(verb, [*(first for first, *_ in values[:place]), value, *(first for first, *_ in values[place + 1 :])])
+
+
+def _optunas(arguments: list[str]) -> list[str]:
+    """The settings of a sweep by Optuna, as typed; none where there is no such sweep."""
+    settings = [one for one in arguments if "=" in one and not one.startswith("-")]
+    return settings if "hydra/sweeper=optuna" in settings and {"-m", "--multirun"} & {*arguments} else []
 
 
 def _values(override: Override) -> list[str]:

@@ -29,14 +29,7 @@ def behind(time: Tensor, drive: Tensor, tau: Tensor, start: Tensor | None = None
 
     With h the step, a = exp(−h/τ) and m = (τ/h)(1 − a):  e[k] = a·e[k−1] + m·(u[k] − u[k−1]).
 
-    Args:
-        time: (T,) strictly increasing [s].
-        drive: (..., T) u, any unit.
-        tau: (...) time constant [s], positive.
-        start: (...) x at the first sample; where None, the drive's first value (soaked).
-
-    Returns:
-        (..., T) e in the drive's unit.
+    Arguments as of `lagged`; returns (..., T) e in the drive's unit.
     """
     steps, changes = torch.diff(with_last(time)), torch.diff(with_last(drive))
     even = 0 if is_carried() else _even(steps)  # not asked of a chunk, whose steps may decide nothing where it is traced

@@ -72,9 +72,10 @@ def stub_of(diagnosis: Record) -> Stub | None:
 
 
 def _free_name(diagnosis: Record) -> str:
-    """That of no effect which is in the model or was a candidate: such as the class that an earlier diagnosis has written."""
+    """That of no effect which is in the model or the catalogue: such as the class that an earlier diagnosis has written."""
     form, candidates = diagnosis["unexplained_form"], diagnosis.get("candidates") or ()
-    taken = {*(diagnosis.get("effects") or ()), *(form.get("effects") or ()), *(one["effect"] for one in candidates)}
+    taken = {*(form.get("effects") or ()), *(one["effect"] for one in candidates)}
+    taken.update(*(diagnosis.get(key) or () for key in ("effects", "not_tried", "left_out")))
     return next(name for name in chain([NAME], (f"{NAME}_{number}" for number in count(2))) if name not in taken)
 
 

@@ -123,7 +123,7 @@ def train(
         if useless:
             raise InputError(f"{useless}: {type(optimizer).__name__} solves in one go, from all blocks at once; leave it out")
     logger = OwnScalars(out, name=EVENTS, version="", default_hp_metric=False)
-    every = range(seed, seed + seeds)
+    every, started = range(seed, seed + seeds), started - spent_before_s(resume)  # now, for that may be overwritten
     with quiet_lightning(), _no_half_curve(out / EVENTS), threads_for(WIDTH * samples_of(runs) * sum(run.blocks for run in runs)):
         if hasattr(optimizer, "fit"):
             members = _fit_by_itself(model, runs, cast(Fitter, optimizer), every, place, out)
@@ -149,7 +149,7 @@ def train(
     metrics |= {"seed": seed, "device": place, "parameters": sum(p.numel() for p in model.parameters()), "versions": versions()}
     metrics |= {} if spread is None else {"members": spread}
     metrics |= {"formula": formula} if (formula := model.formula()) else {}
-    metrics["wall_time_s"] = round(spent_before_s(resume) + time.perf_counter() - started, 3)
+    metrics["wall_time_s"] = round(time.perf_counter() - started, 3)
     _log_result(logger, metrics, [*(labels or {}), "parameters", "average_s"], {"seeds": seeds, "epochs": epochs} | dict(hyperparameters or {}))
     return metrics
 
