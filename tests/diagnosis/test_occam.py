@@ -2,14 +2,17 @@
 
 from __future__ import annotations
 
+import copy
 import math
+from dataclasses import replace
 
 import pytest
 import torch
 from torch import Tensor
 
 from zoo.catalog import build
-from zoo.diagnosis.occam import FAINTEST, LARGEST, SMALLEST, of_moments, price_of_shape, price_of_size
+from zoo.diagnosis.diagnose import open_bench
+from zoo.diagnosis.occam import BEYOND, FAINTEST, LARGEST, SMALLEST, of_moments, price_of_excess, price_of_shape, price_of_size
 from zoo.effects.bias_step import BiasStep
 
 DRAWS = 200_000
@@ -35,6 +38,44 @@ def test_what_is_in_the_noise_has_no_size_to_be_told() -> None:
     least = price_of_size(2, torch.tensor([0.0, FAINTEST**2, 4.0], dtype=torch.float64))
     assert float(least[0]) == float(least[1]) > 0
     assert float(least[2] - least[1]) == pytest.approx(math.log(4.0))
+
+
+def test_an_amplitude_costs_more_only_far_beyond_its_bounds() -> None:
+    largest = torch.tensor([2.0, 2.0, torch.inf], dtype=torch.float64)
+    assert float(price_of_excess(torch.tensor([2.0 * BEYOND, -0.1, 1e30], dtype=torch.float64), largest)) == 0.0
+    assert float(price_of_excess(torch.tensor([-2e3 * BEYOND, 2e1 * BEYOND, 0.0], dtype=torch.float64), largest)) == pytest.approx(math.log(1e4))
+
+
+@pytest.mark.parametrize(("unit", "scale"), [("dph", 1.0), ("dps", 3600.0), ("pulses", math.inf)])
+def test_bounds_are_those_of_a_rate(diagnosis, monkeypatch, unit, scale) -> None:
+    """An amplitude of 1 in bounds of 1e-6 °/h, if the output is in °/h; of what is no rate they say nothing."""
+    final = diagnosis("bias_step").search.final
+    effects, (step,) = {"bias_step": final.places()["bias_step"]}, BiasStep.amplitudes
+    size = abs(float(final.fit.amplitudes[effects["bias_step"][0]])) * scale
+    before = final.price(effects, 6.0)
+    monkeypatch.setattr(BiasStep, "amplitudes", (replace(step, low=-1e-6, high=1e-6),))
+    design = copy.copy(final.design)
+    design.runs = [replace(run, unit=unit) for run in design.runs]
+    more = replace(final, design=design).price(effects, 6.0) - before
+    assert more == pytest.approx(math.log(size / (1e-6 * BEYOND)) if scale < math.inf else 0.0, abs=0.05)
+
+
+def test_a_dead_band_that_no_gyro_has_does_not_beat_a_scale_factor(runs, base, catalogue) -> None:
+    """At a rate of one size, both ways, each of its widths is the same column times something; only its amplitude tells which is meant."""
+    turned = []
+    for run in runs():
+        table = run.table.clone()
+        table[:, -1] = torch.where((run.time / 3600).long() % 2 == 0, 10.0, -10.0)
+        turned.append(replace(run, table=table, error=run.error + 5e-3 * table[:, -1]))
+    bench = open_bench(turned, base, catalogue)
+    before = bench.solve(tuple(base))
+    scale_factor = bench.peek(before, "scale_factor", torch.zeros(0, dtype=torch.float64))
+    shapes = {width: torch.tensor([width, 500.0], dtype=torch.float64) for width in (1e-6, 10.0)}
+    absurd, plausible = (bench.peek(before, "dead_band", shape) for shape in shapes.values())
+    assert absurd.rms == pytest.approx(scale_factor.rms, rel=0.01)
+    assert abs(float(absurd.fit.amplitudes[-1])) > 1e6
+    assert bench.evidence(absurd, scale_factor) > 7.0
+    assert abs(bench.evidence(plausible, scale_factor)) < 7.0
 
 
 @pytest.mark.parametrize("size", [0.0, 0.5, 3.0, 30.0])

@@ -264,6 +264,18 @@ def test_what_the_next_experiment_is_for_where_no_twin_was_named() -> None:
     assert "might" not in proposed(["warm_up"], ["aging", "warm_up"])
 
 
+def test_a_likelier_set_with_one_more_in_it_is_named() -> None:
+    def told(*sets: tuple[float, list[str]]) -> str:
+        posterior = [{"hypothesis": "missing", "effects": effects, "probability": chance} for chance, effects in sets]
+        entries = [{"effect": "aging", "probability": 0.9}, {"effect": "warm_up", "probability": 0.59}]
+        return words({"verdict": "missing", "missing": ["aging"], "candidates": entries, "posterior": posterior})
+
+    assert "warm_up may be missing as well (59 %), on too little evidence" in told((0.41, ["aging", "warm_up"]), (0.38, ["aging"]))
+    assert "as well" not in told((0.38, ["aging", "warm_up"]), (0.41, ["aging"]))
+    assert "as well" not in told((0.41, ["warm_up"]), (0.38, ["aging"]))
+    assert "as well" not in told()
+
+
 def test_a_rung_of_the_first_effect_alone_is_shown_only_where_it_was_fitted_alone() -> None:
     """Where it was put in its place again beside the second, its RMS is that of both."""
     record = {"effects": ["base"], "rms": 3.0, "rms_final": 1.0, "missing": ["one", "other"], "verdict": "missing"}

@@ -16,6 +16,8 @@ SMALLEST, LARGEST = 0.1, 10.0
 """Sizes that a missing effect may have, every factor as likely as any other [white noise of a mean over 10 s]."""
 ALONG_A_LINE = math.sqrt(2.0 * math.pi) / 4.0
 """Times the root of χ² per block: of the moments that a parabola tells apart the share that a straight line does, see `of_moments`."""
+BEYOND = 10.0
+"""Times the largest of its bounds from which on an amplitude costs more (engineering prior: bounds are plausible, not certain)."""
 FAINTEST = 1.0
 """Size in standard deviations below which an amplitude costs no less: a signal in the noise tells nothing of its size."""
 
@@ -33,6 +35,19 @@ def price_of_size(amplitudes: int, chi2: Tensor) -> Tensor:
     sphere = math.log(2.0) + 0.5 * amplitudes * math.log(math.pi) - math.lgamma(0.5 * amplitudes)
     square = chi2.clamp_min(FAINTEST**2)
     return math.log(math.log(LARGEST / SMALLEST)) + sphere + 0.5 * amplitudes * (square / (2.0 * math.pi)).log()
+
+
+def price_of_excess(amplitudes: Tensor, largest: Tensor) -> Tensor:
+    """What amplitudes far beyond their bounds cost: there density falls as 1/a², where within every factor is as likely as any other.
+
+    A column that is nearly nothing over all runs, such as a dead band's of a width that no input comes near, explains what any column of that form
+    does, with an amplitude that no gyro has.
+
+    Args:
+        amplitudes: (K,).
+        largest: (K,) the largest size that each is declared to have, in the same units; infinite where that says nothing.
+    """
+    return (amplitudes.abs() / (BEYOND * largest)).clamp_min(1.0).log().sum()
 
 
 def price_of_shape(tangents: Tensor, others: Tensor, blocks: Tensor) -> float:

@@ -13,7 +13,7 @@ from torch import Tensor
 
 from zoo.diagnosis.elsewhere import Elsewhere
 from zoo.diagnosis.noise_likelihood import START, Likelihood, Likely, NoiseMixtures, Place, with_rows
-from zoo.diagnosis.occam import price_of_shape, price_of_size
+from zoo.diagnosis.occam import price_of_excess, price_of_shape, price_of_size
 from zoo.diagnosis.trimming import trimmed
 from zoo.effects.base import physical_value
 from zoo.fitting.design import Design
@@ -21,6 +21,7 @@ from zoo.fitting.projection import orthonormal, project
 from zoo.fitting.variable_projection import Fit
 from zoo.models.graybox import GrayBox
 from zoo.scoring.stages import rms
+from zoo.units import UNITS, convert_parameter
 
 
 class Freed(NamedTuple):
@@ -120,8 +121,27 @@ class Solved:
         fixed = [place for place in found.left if place not in shapes]
         sizes = [[place for place in places if place in found.left] for places in effects.values()]
         occam = sum(float(price_of_size(len(own), _explained(white, own, fixed))) for own in sizes)
+        occam += self._price_of_excess(white, sorted(place for own in sizes for place in own), fixed)
         occam += price_of_shape(every[:, shapes], every[:, fixed], blocks.to(every)) + self._price_of_whole(effects, each)
         return 0.5 * found.gain + found.choices + 0.5 * self._others(effects) * each + occam
+
+    def _price_of_excess(self, white: Tensor, own: list[int], fixed: list[int]) -> float:
+        """What amplitudes beyond their bounds cost, as they are where only some columns, whitened with the target behind them, are left."""
+        largest = self._largest.to(white)[own]
+        if not bool((self.fit.amplitudes[own].abs() > largest).any()):
+            return 0.0
+        refitted = project(white[:, fixed], white[:, -1]).amplitudes
+        return float(price_of_excess(refitted[[fixed.index(place) for place in own]], largest))
+
+    @cached_property
+    def _largest(self) -> Tensor:
+        """(K,) the largest size that each amplitude is declared to have [output's unit]; infinite where that is no rate, for which they are declared."""
+        unit = self.design.runs[0].unit
+        declared = [one for _, effect in self.model.named_effects() for one in effect.amplitudes]
+        if UNITS[unit].quantity != "rate":
+            return torch.full((len(declared),), torch.inf, dtype=torch.float64)
+        sizes = [convert_parameter(max(abs(one.low), abs(one.high)), one.unit, "dph", unit) for one in declared]
+        return torch.tensor(sizes, dtype=torch.float64)
 
     def _others(self, effects: Collection[str]) -> int:
         """How many parameters there are that are neither theirs nor whole numbers."""

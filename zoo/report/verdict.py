@@ -208,7 +208,17 @@ def _what_missing_means(diagnosis: Record) -> list[str]:
         twins = _twins(diagnosis, name)
         if twins:
             sentences.append(f"These runs cannot tell {name} from {joined(twins, 'or')}: {_what_to_do(diagnosis, name, twins)}")
-    return sentences + _still_open(diagnosis) + _one_thermometer(diagnosis)
+    return sentences + _one_more(diagnosis) + _still_open(diagnosis) + _one_thermometer(diagnosis)
+
+
+def _one_more(diagnosis: Record) -> list[str]:
+    """That the likeliest set has more in it than what is named, on too little evidence to add it."""
+    sets = [one for one in diagnosis.get("posterior") or [] if one.get("hypothesis") == "missing"]
+    likeliest = max(sets, key=lambda one: finite(one.get("probability")) or 0.0, default={})
+    more = [str(name) for name in likeliest.get("effects") or [] if name not in missing(diagnosis)]
+    if len(likeliest.get("effects") or []) <= len(missing(diagnosis)):
+        return []
+    return [f"{joined(more)} may be missing as well{_chance(diagnosis, more)}, on too little evidence to be added: compare both on a check run."]
 
 
 def _one_thermometer(diagnosis: Record) -> list[str]:
