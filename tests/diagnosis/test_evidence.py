@@ -196,12 +196,10 @@ def test_an_effect_is_distinguishable_from_what_looks_different(diagnosis) -> No
 
 
 @pytest.mark.parametrize("name", OF_THEIR_OWN)
-def test_an_effect_is_indistinguishable_from_its_own_double(diagnosis, monkeypatch, name) -> None:
+def test_an_effect_is_indistinguishable_from_its_own_double(runs, base, catalogue, name) -> None:
     """Decided from the columns at hand, not from a list: another effect with the very same columns must be reported, wherever its shape lies."""
-    found = diagnosis(name, 1, 12.0 if name == "hysteresis" else 3.5)
-    bench, final = found.bench, found.search.final
-    assert final.names[-1] == name
-    monkeypatch.setitem(bench.effects, "double", bench.effects[name])
+    bench = open_bench(runs(name, 1, 12.0 if name == "hysteresis" else 3.5), base, {**catalogue, "double": catalogue[name]})
+    final = bench.add(bench.begin(tuple(base)), name)
     assert "double" in indistinguishable(bench, final, name, ["double"])
 
 

@@ -159,7 +159,7 @@ def test_a_thermometer_that_stood_still_in_training_is_inside_where_it_stands_st
 def test_programs_refuse_what_lies_outside_where_that_is_asked(network, graybox, record, kind) -> None:
     """As `model.ts` does: NaN there, by a column or by a rate of it, and the row counts as past all the same."""
     model = network("bp", features=["temperature", "temperature_rate"])
-    model = both(model, graybox(["hysteresis"])) if kind == "hybrid" else model
+    model = both(model, graybox(["mohr"])) if kind == "hybrid" else model
     x, ranges = record(model.inputs, 400), {"temperature_c": (-20.0, 40.0), "temperature_rate": (-2.0, 2.0)}
     whole, step, state = loaded(to_programs(model, example(model.inputs, {}), ranges, refuse_outside=True))
     script = load_torchscript(to_torchscript(model, "dph", example(model.inputs, {}), ranges, refuse_outside=True))

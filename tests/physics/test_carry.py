@@ -13,7 +13,7 @@ from zoo.models.features import two_lag_rate
 from zoo.physics.carry import Carried, at_start, is_carried
 from zoo.physics.differentiator import temperature_rate
 from zoo.physics.lag import lagged, lagged_rate
-from zoo.physics.recurrence import affine, clamped, geometric
+from zoo.physics.recurrence import affine, clamped, decaying
 from zoo.physics.relaxation import elapsed, maxwell
 
 Primitive = Callable[[Tensor, Tensor], Tensor]
@@ -28,7 +28,7 @@ PRIMITIVES: dict[str, Primitive] = {
     "temperature_rate of a batch": lambda t, u: temperature_rate(t, u.expand(2, -1), TAU),
     "two_lag_rate": lambda t, u: two_lag_rate(t, u, 60.0),
     "affine": lambda t, u: affine(0.99 - 0.01 * torch.sin(u), u, torch.tensor(5.0, dtype=torch.float64)),
-    "geometric": lambda t, u: geometric(1 / TAU, u.expand(2, -1), torch.tensor(5.0, dtype=torch.float64)),
+    "decaying": lambda t, u: decaying((1 / TAU).unsqueeze(-1) + torch.zeros_like(u), u.expand(2, -1), torch.tensor(5.0, dtype=torch.float64)),
     "clamped": lambda t, u: clamped(u - TAU.unsqueeze(-1) / 100, u + TAU.unsqueeze(-1) / 100, u[..., 0]),
     "elapsed": lambda t, u: elapsed(t, u.abs() / TAU.unsqueeze(-1)),
     "maxwell": lambda t, u: maxwell(t, u, (1.5 + torch.sin(u)) / TAU.unsqueeze(-1)),

@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 import torch
 
-from zoo.physics.recurrence import affine, clamped, geometric
+from zoo.physics.recurrence import affine, clamped, decaying
 
 LENGTHS = [1, 2, 3, 7, 64, 1000]
 LARGE = 6007
@@ -27,17 +27,34 @@ def test_affine_is_the_loop(length: int, least: float) -> None:
     assert torch.allclose(affine(gain, offset, start), torch.stack(states, -1), atol=1e-12)
 
 
-@pytest.mark.parametrize("length", [*LENGTHS, 24 * 64, 24 * 64 + 1, 40_000])
-def test_one_gain_at_every_step_is_the_same_without_the_doubling(length: int) -> None:
-    """Slow, fast, and so fast that nothing is left after a step."""
+@pytest.mark.parametrize("length", [0, *LENGTHS, 40_000])
+@pytest.mark.parametrize("even", [True, False])
+def test_decays_are_the_same_without_the_doubling(length: int, even: bool) -> None:
+    """Slow, fast, and so fast that nothing is left after a step, together and alone."""
     random = torch.Generator().manual_seed(length)
-    rate = torch.tensor([1e-4, 0.3, 800.0], dtype=torch.float64)
-    offset = torch.randn(3, length, generator=random, dtype=torch.float64)
-    start = torch.randn(3, generator=random, dtype=torch.float64)
-    expected = affine(torch.exp(-rate).unsqueeze(-1).expand(3, length), offset, start)
-    rounding = 1e-12 * float(expected.abs().max().clamp_min(1.0))
-    torch.testing.assert_close(geometric(rate, offset, start), expected, rtol=1e-12, atol=rounding)
-    torch.testing.assert_close(geometric(rate[1], offset[1], start[1]), expected[1], rtol=1e-12, atol=rounding)
+    steps = torch.ones(length, dtype=torch.float64) if even else 0.1 - torch.log(torch.rand(length, generator=random, dtype=torch.float64))
+    rate = torch.tensor([1e-4, 0.03, 0.3, 30.0, 800.0], dtype=torch.float64).unsqueeze(-1) * steps
+    offset = torch.randn(5, length, generator=random, dtype=torch.float64)
+    start = torch.randn(5, generator=random, dtype=torch.float64)
+    expected = affine(torch.exp(-rate), offset, start)
+    rounding = 1e-12 * float(expected.abs().max().clamp_min(1.0)) if length else 0.0
+    torch.testing.assert_close(decaying(rate, offset, start), expected, rtol=1e-12, atol=rounding)
+    for k in range(5):
+        torch.testing.assert_close(decaying(rate[k], offset[k], start[k]), expected[k], rtol=1e-12, atol=rounding)
+    torch.testing.assert_close(decaying(rate, offset[0], start), affine(torch.exp(-rate), offset[0], start), rtol=1e-12, atol=rounding)
+    torch.testing.assert_close(decaying(rate.float(), offset.float(), start.float()), expected.float(), rtol=1e-4, atol=3e-5)
+
+
+@pytest.mark.parametrize("size", [1e-3, 0.4, 60.0])
+def test_decays_have_their_slopes(size: float) -> None:
+    """In one sum, in groups, and where nothing is left; against differences."""
+    random = torch.Generator().manual_seed(1)
+    rate, offset = (size * torch.rand(2, 1500, generator=random, dtype=torch.float64), torch.randn(2, 1500, generator=random, dtype=torch.float64))
+    start, weights = torch.ones(2, dtype=torch.float64), torch.randn(2, 1500, generator=random, dtype=torch.float64)
+    factor = torch.ones((), dtype=torch.float64, requires_grad=True)
+    (decaying(factor * rate, offset, start) * weights).sum().backward()
+    above, below = ((affine(torch.exp(-at * rate), offset, start) * weights).sum() for at in (1.00001, 0.99999))
+    assert float(factor.grad) == pytest.approx(float(above - below) / 2e-5, rel=1e-6, abs=1e-7)
 
 
 @pytest.mark.parametrize("half", [1.0, 30.0])

@@ -12,7 +12,7 @@ from zoo.models.base import Model
 from zoo.physics.carry import after_first, at_start, with_last
 from zoo.physics.differentiator import SMOOTHING_S
 from zoo.physics.lag import lagged
-from zoo.physics.recurrence import affine
+from zoo.physics.recurrence import decaying
 
 RATE = "_rate"
 POSSIBLE = "possible: temperature_rate, temperature_NAME_rate, and lags of so many seconds, temperature_lag600, temperature_NAME_lag600"
@@ -167,4 +167,4 @@ def two_lag_rate(time: Tensor, temperature: Tensor, smoothing_s: float) -> Tenso
     behind = once[:-1] - known[:-1] + slope * tau
     gain = -torch.expm1(-ratio) * slope - decay * ratio / tau * behind
     start = torch.zeros_like(temperature[0])
-    return 60.0 * after_first(start, affine(decay, gain, start))
+    return 60.0 * after_first(start, decaying(ratio, gain, start))

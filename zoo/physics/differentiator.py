@@ -7,7 +7,7 @@ from torch import Tensor
 
 from zoo.physics.carry import after_first, with_last
 from zoo.physics.lag import lagged
-from zoo.physics.recurrence import affine
+from zoo.physics.recurrence import decaying
 from zoo.units import convert
 
 SMOOTHING_S = 60.0
@@ -43,4 +43,4 @@ def temperature_rate(time: Tensor, temperature: Tensor, tau: float | Tensor = SM
     behind = behind[..., :-1] - known[..., :-1] + slope * smoothing
     gain = -torch.expm1(-ratio) * slope - decay * ratio / smoothing * behind
     start = torch.zeros_like(once[..., 0])
-    return after_first(start, affine(decay, gain, start)) * convert(1.0, "min", "s")
+    return after_first(start, decaying(ratio, gain, start)) * convert(1.0, "min", "s")

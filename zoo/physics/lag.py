@@ -5,8 +5,8 @@ from __future__ import annotations
 import torch
 from torch import Tensor
 
-from zoo.physics.carry import after_first, is_carried, with_last
-from zoo.physics.recurrence import affine, geometric
+from zoo.physics.carry import after_first, with_last
+from zoo.physics.recurrence import decaying
 
 
 def lagged(time: Tensor, drive: Tensor, tau: Tensor, start: Tensor | None = None) -> Tensor:
@@ -31,24 +31,10 @@ def behind(time: Tensor, drive: Tensor, tau: Tensor, start: Tensor | None = None
 
     Arguments as of `lagged`; returns (..., T) e in the drive's unit.
     """
-    steps, changes = torch.diff(with_last(time)), torch.diff(with_last(drive))
-    even = 0 if is_carried() else _even(steps)  # not asked of a chunk, whose steps may decide nothing where it is traced
+    changes = torch.diff(with_last(drive))
+    ratio = torch.diff(with_last(time)) / tau.unsqueeze(-1)
     first = drive[..., 0] - (drive[..., 0] if start is None else start) + torch.zeros_like(tau)
-    parts, last = [], first
-    if even:
-        ratio = steps[:1] / tau.unsqueeze(-1)
-        share = _share(ratio)
-        parts.append(share * geometric(ratio.squeeze(-1), changes[..., :even], first / share.squeeze(-1)))
-        last = parts[0][..., -1]
-    if not even or even < len(steps):
-        ratio = steps[even:] / tau.unsqueeze(-1)
-        parts.append(affine(torch.exp(-ratio), _share(ratio) * changes[..., even:], last))
-    return after_first(first, torch.cat(parts, dim=-1) if len(parts) > 1 else parts[0])
-
-
-def _even(steps: Tensor) -> int:
-    """How many steps, from the first on, are one and the same but for rounding: usually all, or all but the last, which too few rows are left for."""
-    return int(((steps - steps[:1]).abs() <= 1e-9 * steps[:1]).cumprod(0).sum())
+    return after_first(first, decaying(ratio, _share(ratio) * changes, first))
 
 
 def _share(ratio: Tensor) -> Tensor:

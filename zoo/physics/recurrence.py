@@ -10,14 +10,12 @@ from __future__ import annotations
 import torch
 from torch import Tensor
 
-from zoo.physics.carry import left, resumed
+from zoo.physics.carry import is_carried, left, resumed
 
 GROUP = 16
 """Steps in a group."""
 LARGE = 1 << 14
 """Number of elements from which groups are worth it."""
-AT_ONCE, SUMMED = 64, 24
-"""Steps up to which one product with their matrix is fastest, and how many make a group where there are more."""
 
 
 def affine(gain: Tensor, offset: Tensor, start: Tensor) -> Tensor:
@@ -78,59 +76,52 @@ def _entering(start: Tensor, after: Tensor) -> Tensor:
     return torch.cat([start.expand(after.shape[:-1]).unsqueeze(-1), after[..., :-1]], dim=-1)
 
 
-def geometric(rate: Tensor, offset: Tensor, start: Tensor) -> Tensor:
-    """States of x[k] = e^(−rate)·x[k−1] + offset[k] with x[−1] = start: `affine` for one gain at all steps, as products with small matrices.
+def decaying(rate: Tensor, offset: Tensor, start: Tensor) -> Tensor:
+    """States of x[k] = e^(−rate[k])·x[k−1] + offset[k] with x[−1] = start: `affine` without the doubling, as sums.
 
-    Groups of a few steps are summed from 0 on, side by side; what enters a group is left by all before it, a recurrence over the groups.
+    With c[k] the sum of rates up to k, x[k]·e^c[k] is start plus the sum of offset[j]·e^c[j]. Its rounding decays as the states do: it stays that of
+    the numbers c, eps·c of the largest state within reach. Where e^c would be too large, groups of steps are summed from 0 on, side by side; what
+    enters a group is left by all before it, a recurrence over the groups.
 
     Args:
-        rate: (...), not negative.
+        rate: (..., T), not negative.
         offset: (..., T).
         start: (...), the state before the first sample.
 
     Returns:
         (..., T).
     """
-    start = resumed(start)
-    rates, groups = [rate], [offset]
-    while not _is_short(groups[-1]):
-        within = _from_nothing(rates[-1], _filled_up(groups[-1]))
-        groups[-1] = within
-        groups.append(within[..., -1])
-        rates.append(rates[-1] * within.shape[-1])
-    last = _from_nothing(rates[-1], groups[-1].unsqueeze(-2)).squeeze(-2)
-    states = torch.addcmul(last, start.unsqueeze(-1), _ahead(rates[-1], last.shape[-1]))
-    for k in range(len(groups) - 2, -1, -1):
-        number, size = groups[k].shape[-2], groups[k].shape[-1]
-        entering = _entering(start, states[..., :number]).unsqueeze(-1)
-        states = torch.addcmul(groups[k], entering, _ahead(rates[k], size).unsqueeze(-2)).flatten(-2)
-    return left(states[..., : offset.shape[-1]], start)
+    if is_carried():  # what is traced for chunks may not ask how large its numbers are
+        return affine(torch.exp(-rate), offset, start)
+    far, gone = (500.0, 40.0) if offset.dtype == torch.float64 else (40.0, 20.0)  # summed rates; what leaves nothing of a state but rounding
+    rates, parts, ahead = rate.clamp_max(gone), [offset], [offset]
+    size = _steps_within(rates, far)
+    while size < rates.shape[-1]:
+        sums = _filled_up(rates, size).cumsum(-1)
+        grown = torch.exp(sums)
+        parts[-1] = (_filled_up(parts[-1], size) * grown).cumsum(-1) / grown
+        ahead[-1] = grown
+        parts.append(parts[-1][..., -1])
+        ahead.append(offset)
+        rates = sums[..., -1].clamp_max(gone)
+        size = _steps_within(rates, far)
+    grown = torch.exp(rates.cumsum(-1))
+    states = ((parts[-1] * grown).cumsum(-1) + start.unsqueeze(-1)) / grown
+    for k in range(len(parts) - 2, -1, -1):
+        entering = _entering(start, states[..., : parts[k].shape[-2]]).unsqueeze(-1)
+        states = (parts[k] + entering / ahead[k]).flatten(-2)
+    return states[..., : offset.shape[-1]]
 
 
-def _is_short(values: Tensor, most: int = AT_ONCE) -> bool:
-    return values.shape[-1] <= most
+def _steps_within(rates: Tensor, far: float) -> int:
+    """How many steps, whichever they are, have rates that sum up to no more; never less than two."""
+    largest = float(rates.detach().max()) if rates.numel() else 0.0
+    return max(int(far / max(largest, 1e-9)), 2)
 
 
-def _filled_up(values: Tensor, size: int = SUMMED) -> Tensor:
+def _filled_up(values: Tensor, size: int) -> Tensor:
     """(..., T) -> (..., G, S) groups, the last filled up with zeros."""
     return torch.nn.functional.pad(values, (0, -values.shape[-1] % size)).unflatten(-1, (-1, size))
-
-
-def _from_nothing(rate: Tensor, offset: Tensor) -> Tensor:
-    """(..., G, S) sums within each group."""
-    return offset @ _powers(rate, offset.shape[-1]).mT
-
-
-def _ahead(rate: Tensor, size: int) -> Tensor:
-    """(..., S) what is left of a state after each step of a group."""
-    return torch.exp(-rate.unsqueeze(-1) * torch.arange(1, size + 1, dtype=rate.dtype, device=rate.device))
-
-
-def _powers(rate: Tensor, size: int) -> Tensor:
-    """(..., S, S) e^(−rate·(i − j)) on and below the diagonal, 0 above it."""
-    place = torch.arange(size, dtype=rate.dtype, device=rate.device)
-    apart = place.unsqueeze(1) - place
-    return torch.exp(-rate.unsqueeze(-1).unsqueeze(-1) * apart.clamp_min(0.0)).tril()
 
 
 def clamped(low: Tensor, high: Tensor, start: Tensor) -> Tensor:

@@ -8,7 +8,7 @@ from torch import Tensor
 from zoo.physics.carry import after_first, left, resumed, with_last
 from zoo.physics.exponential import exponential_weights
 from zoo.physics.materials import REFERENCE_K, ZERO_C_IN_K
-from zoo.physics.recurrence import affine
+from zoo.physics.recurrence import decaying
 
 GAS_J_PER_MOL_K = 8.314462618
 COLDEST_K = 100.0
@@ -78,8 +78,9 @@ def maxwell(time: Tensor, drive: Tensor, speed: Tensor) -> Tensor:
     """
     clock, driven, fast = with_last(time), with_last(drive), with_last(speed)
     twice = fast[..., 1:] + fast[..., :-1]
-    decay, phi_1, phi_2 = exponential_weights(0.5 * torch.diff(clock) * twice)
+    fallen = 0.5 * torch.diff(clock) * twice
+    _, phi_1, phi_2 = exponential_weights(fallen)
     tilt = torch.diff(fast) / twice.clamp_min(1e-300)
     added = (phi_1 + tilt * (phi_1 - 2.0 * phi_2)) * torch.diff(driven)
     none = torch.zeros_like((drive + speed)[..., 0])
-    return after_first(none, affine(decay, added, none))
+    return after_first(none, decaying(fallen, added, none))

@@ -146,8 +146,8 @@ def _rounded(values: torch.Tensor) -> list[float]:
 
 
 def _short(rows: Sequence[Sequence[float]]) -> str:
-    """Numbers as short as they can be without becoming others."""
-    return json.dumps([[float(f"{value:.9g}") for value in row] for row in rows], separators=(",", ":")).replace(".0,", ",").replace(".0]", "]")
+    """Numbers as short as they can be without becoming others, and no zero with a sign."""
+    return json.dumps([[float(f"{value:.9g}") + 0.0 for value in row] for row in rows], separators=(",", ":")).replace(".0,", ",").replace(".0]", "]")
 
 
 def _is_rate(unit: str) -> bool:
