@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import copy
 import math
 from dataclasses import replace
 from statistics import median
@@ -183,3 +184,15 @@ def test_an_option_counts_and_costs_where_it_is_another_than_usual_and_is_never_
         assert unusual(aging, shape.unsqueeze(0)).tolist() == [UNUSUAL * goes_on]
         assert float(_released(solved, ())[-1]) == goes_on
     assert unusual(bench.effects["bias_step"], torch.tensor([[2.0, 1.0]])).tolist() == [0.0], "any run is as likely as another"
+
+
+def test_what_was_found_can_be_trained_on(diagnosis) -> None:
+    """A diagnosis keeps no gradients; its models do."""
+    found = diagnosis("bias_step")
+    model, (run, *_) = copy.deepcopy(found.search.final.model), found.bench.runs
+    optimizer = torch.optim.SGD(model.parameters(), lr=1e-6)
+    before, loss = model.coil_value.clone(), (model(run.table) - run.error).square().mean()
+    loss.backward()
+    optimizer.step()
+    assert not torch.equal(before, model.coil_value)
+    assert not any(one.is_inference() for one in (*found.search.final.model.parameters(), *found.search.final.model.buffers()))
