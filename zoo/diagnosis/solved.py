@@ -135,7 +135,7 @@ class Solved:
 
     @cached_property
     def _largest(self) -> Tensor:
-        """(K,) the largest size that each amplitude is declared to have [output's unit]; infinite where that is no rate, for which they are declared."""
+        """(K,) the largest size that each amplitude may have by its bounds [output's unit]; infinite where that is no rate."""
         unit = self.design.runs[0].unit
         declared = [one for _, effect in self.model.named_effects() for one in effect.amplitudes]
         if UNITS[unit].quantity != "rate":

@@ -214,7 +214,7 @@ def _what_missing_means(diagnosis: Record) -> list[str]:
 def _one_more(diagnosis: Record) -> list[str]:
     """That the likeliest set has more in it than what is named, on too little evidence to add it."""
     sets = [one for one in diagnosis.get("posterior") or [] if one.get("hypothesis") == "missing"]
-    likeliest = max(sets, key=lambda one: finite(one.get("probability")) or 0.0, default={})
+    likeliest: Record = max(sets, key=lambda one: finite(one.get("probability")) or 0.0, default={})
     more = [str(name) for name in likeliest.get("effects") or [] if name not in missing(diagnosis)]
     if len(likeliest.get("effects") or []) <= len(missing(diagnosis)):
         return []
