@@ -229,6 +229,16 @@ def test_a_pair_in_words(of: dict[str, Any], words: str) -> None:
     assert statement(of) == words
 
 
+def test_as_many_pairs_are_in_words_as_there_is_room_beside_the_drawing(tmp_path: Path) -> None:
+    """Those with the best come first; all pairs of seven are twenty-one, three times as high as the drawing of seven."""
+    of, shown = document(7, 10), "<h3>Pair by pair</h3>"
+    of["pairs"] = [pair(one["name"], other["name"], "open") for i, one in enumerate(of["methods"]) for other in of["methods"][i + 1 :]]
+    page = write_comparison(tmp_path, of, curves(of)).read_text(encoding="utf-8")
+    beside, _, below = page[page.index(shown) :].partition("<details")
+    assert beside.count("<li>") == 6
+    assert below.startswith(' class="more"><summary>15 more</summary>')
+
+
 def test_the_headline_claims_no_more_than_the_pairs() -> None:
     assert headline(document(3)) == "a_network_called_0 is best: 12 % below a_network_called_1"
     both = document(3)

@@ -24,7 +24,9 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 RUNS_DRAWN, PANELS = 8, 8
-PAIRS_SHOWN, METHODS_OPEN = 12, 3
+METHODS_OPEN = 3
+FEWEST_PAIRS, MOST_PAIRS = 3, 12
+"""In words beside the drawing: as many as there are methods beside the best, which are as high as it; the others open below."""
 WHOLE = "white noise of these runs, with as much flicker and random walk beside it as refine has found: what a complete model leaves"
 WHITE = "white noise, read off these runs: a complete model leaves it, and the gyro's flicker and random walk"
 """What the noise floor is."""
@@ -108,7 +110,7 @@ def _context(document: Record, curves: list[Curves]) -> dict[str, Any]:
         "ranking": [_ranking_row(document, one, scale) for one in methods],
         "several": any(one["distinct"] > 1 for one in methods),
         "pairs": [statement(pair) for pair in document["pairs"]],
-        "pairs_shown": PAIRS_SHOWN,
+        "pairs_shown": min(max(len(methods) - 1, FEWEST_PAIRS), MOST_PAIRS),
         "by_stage": _by_stage(document, scale),
         "runs": [_run_drawing(i, one, document, scale) for i, one in enumerate(curves[:RUNS_DRAWN])],
         "undrawn": [one.run for one in curves[RUNS_DRAWN:]],
