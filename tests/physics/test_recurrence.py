@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 import pytest
 import torch
 
@@ -43,6 +45,14 @@ def test_decays_are_the_same_without_the_doubling(length: int, even: bool) -> No
         torch.testing.assert_close(decaying(rate[k], offset[k], start[k]), expected[k], rtol=1e-12, atol=rounding)
     torch.testing.assert_close(decaying(rate, offset[0], start), affine(torch.exp(-rate), offset[0], start), rtol=1e-12, atol=rounding)
     torch.testing.assert_close(decaying(rate.float(), offset.float(), start.float()), expected.float(), rtol=1e-4, atol=3e-5)
+
+
+def test_a_decay_that_is_no_number_leaves_the_others_alone() -> None:
+    rate, offset = torch.tensor([[math.nan], [0.5], [math.inf]], dtype=torch.float64).expand(3, 3000), torch.ones(3000, dtype=torch.float64)
+    lost, kept, gone = decaying(rate, offset, torch.zeros(3, dtype=torch.float64))
+    assert bool(lost.isnan().all())
+    assert float(kept[-1]) == pytest.approx(1 / (1 - math.exp(-0.5)), rel=1e-12)
+    assert gone.tolist() == [1.0] * 3000
 
 
 @pytest.mark.parametrize("size", [1e-3, 0.4, 60.0])

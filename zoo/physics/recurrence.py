@@ -1,8 +1,9 @@
-"""Recurrences along time, evaluated for a whole batch at once, by prefix doubling or, where every step is the same, by products.
+"""Recurrences along time, evaluated for a whole batch at once, by prefix doubling or, of what only decays, by sums.
 
 A first-order lag is a chain of affine maps, a play operator is a chain of clamps; both kinds are closed under composition, so that all T states
 follow in log2(T) vectorised passes instead of T steps (Blelloch 1990, "Prefix sums and their applications"). Exact for any sampling step. What is
-large is first gone through in groups of a few steps, all groups side by side, which reads it once instead of once a pass.
+large is first gone through in groups of a few steps, all groups side by side, which reads it once instead of once a pass. A lag, whose gains are
+exponentials, needs one sum for as many steps as an exponential has room for.
 """
 
 from __future__ import annotations
@@ -114,8 +115,8 @@ def decaying(rate: Tensor, offset: Tensor, start: Tensor) -> Tensor:
 
 
 def _steps_within(rates: Tensor, far: float) -> int:
-    """How many steps, whichever they are, have rates that sum up to no more; never less than two."""
-    largest = float(rates.detach().max()) if rates.numel() else 0.0
+    """How many steps, whichever they are, have rates that sum up to no more; never less than two. What is no number concerns its own row alone."""
+    largest = float(rates.detach().nan_to_num(0.0).max()) if rates.numel() else 0.0
     return max(int(far / max(largest, 1e-9)), 2)
 
 
