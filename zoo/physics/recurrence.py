@@ -92,7 +92,7 @@ def decaying(rate: Tensor, offset: Tensor, start: Tensor) -> Tensor:
     Returns:
         (..., T).
     """
-    if is_carried():  # what is traced for chunks may not ask how large its numbers are
+    if is_carried() or rate.is_cuda:  # What is traced for chunks may not ask how large its numbers are; a GPU's long sums are not the same twice.
         return affine(torch.exp(-rate), offset, start)
     far, gone = (500.0, 40.0) if offset.dtype == torch.float64 else (40.0, 20.0)  # summed rates; what leaves nothing of a state but rounding
     rates, parts, ahead = rate.clamp_max(gone), [offset], [offset]
