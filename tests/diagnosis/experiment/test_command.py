@@ -19,7 +19,7 @@ from zoo.catalog import build, names
 from zoo.cli import application
 from zoo.diagnosis.experiment.family import Candidate
 from zoo.diagnosis.experiment.prediction import Predicted
-from zoo.diagnosis.experiment.proposal import Proposal
+from zoo.diagnosis.experiment.proposal import Proposal, _short
 from zoo.effects.base import Effect, History, Parameter
 from zoo.measurements.run import Run
 from zoo.models.trained import Trained
@@ -171,3 +171,7 @@ def test_a_simulated_gyro_has_five_thermometers_at_most(thermometers, taken, tmp
     one = proposal(mohr, fitted(mohr), thermometers=thermometers)
     assert settings(one)["thermometers"] == taken
     accepted(replace(one, model={"static_bias": CATALOGUE["static_bias"]}), tmp_path)
+
+
+def test_legs_are_as_short_as_they_can_be() -> None:
+    assert _short([[-0.0, 25.0, 3600.0], [0.5, -35.0, 1 / 3]]) == "[[0,25,3600],[0.5,-35,0.333333333]]"
