@@ -218,7 +218,8 @@ def _one_more(diagnosis: Record) -> list[str]:
     more = [str(name) for name in likeliest.get("effects") or [] if name not in missing(diagnosis)]
     if len(likeliest.get("effects") or []) <= len(missing(diagnosis)):
         return []
-    return [f"{joined(more)} may be missing as well{_chance(diagnosis, more)}, on too little evidence to be added: refine with and without it on a check run."]
+    doubt = f"{joined(more)} may be missing as well{_chance(diagnosis, more)}, on too little evidence to be added"
+    return [f"{doubt}: refine with and without it on a check run."]
 
 
 def _one_thermometer(diagnosis: Record) -> list[str]:
