@@ -46,18 +46,20 @@ def test_an_amplitude_costs_more_only_far_beyond_its_bounds() -> None:
     assert float(price_of_excess(torch.tensor([-2e3 * BEYOND, 2e1 * BEYOND, 0.0], dtype=torch.float64), largest)) == pytest.approx(math.log(1e4))
 
 
-@pytest.mark.parametrize(("unit", "scale"), [("dph", 1.0), ("dps", 3600.0), ("pulses", math.inf)])
-def test_bounds_are_those_of_a_rate(diagnosis, monkeypatch, unit, scale) -> None:
-    """An amplitude of 1 in bounds of 1e-6 °/h, if the output is in °/h; of what is no rate they say nothing."""
+@pytest.mark.parametrize(
+    ("unit", "declared", "scale"), [("dph", "unit", 1.0), ("dps", "unit", 3600.0), ("pulses", "unit", math.inf), ("dps", "unit^p", math.inf)]
+)
+def test_bounds_are_those_of_a_rate(diagnosis, monkeypatch, unit, declared, scale) -> None:
+    """An amplitude in bounds of 1e-9 °/h, if the output is in °/h; of what is no rate they say nothing."""
     final = diagnosis("bias_step").search.final
     effects, (step,) = {"bias_step": final.places()["bias_step"]}, BiasStep.amplitudes
     size = abs(float(final.fit.amplitudes[effects["bias_step"][0]])) * scale
     before = final.price(effects, 6.0)
-    monkeypatch.setattr(BiasStep, "amplitudes", (replace(step, low=-1e-6, high=1e-6),))
+    monkeypatch.setattr(BiasStep, "amplitudes", (replace(step, unit=declared, low=-1e-9, high=1e-9),))
     design = copy.copy(final.design)
     design.runs = [replace(run, unit=unit) for run in design.runs]
     more = replace(final, design=design).price(effects, 6.0) - before
-    assert more == pytest.approx(math.log(size / (1e-6 * BEYOND)) if scale < math.inf else 0.0, abs=0.05)
+    assert more == pytest.approx(math.log(size / (1e-9 * BEYOND)) if scale < math.inf else 0.0, abs=0.05)
 
 
 def test_a_dead_band_that_no_gyro_has_does_not_beat_a_scale_factor(runs, base, catalogue) -> None:

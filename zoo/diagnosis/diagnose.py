@@ -7,8 +7,6 @@ from collections.abc import Callable
 from dataclasses import asdict, dataclass
 from typing import Any
 
-import torch
-
 from zoo.diagnosis.acceptance import accepted
 from zoo.diagnosis.alike import indistinguishable
 from zoo.diagnosis.cross_validation import rms_by_run
@@ -111,7 +109,6 @@ def open_bench(runs: list[Run], effects: list[str], catalogue: dict[str, Effect]
 
 
 @threads_for(0)
-@torch.inference_mode()
 def diagnose(runs: list[Run], effects: list[str], catalogue: dict[str, Effect], progress: Callable[[str], None] = lambda _: None) -> Diagnosis:
     """Compare a sum of effects with measurements and say what is missing.
 

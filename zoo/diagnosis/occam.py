@@ -16,8 +16,8 @@ SMALLEST, LARGEST = 0.1, 10.0
 """Sizes that a missing effect may have, every factor as likely as any other [white noise of a mean over 10 s]."""
 ALONG_A_LINE = math.sqrt(2.0 * math.pi) / 4.0
 """Times the root of χ² per block: of the moments that a parabola tells apart the share that a straight line does, see `of_moments`."""
-BEYOND = 10.0
-"""Times the largest of its bounds from which on an amplitude costs more (engineering prior: bounds are plausible, not certain)."""
+BEYOND = 1e6
+"""Times the largest of its bounds from which on an amplitude costs more: whatever the unit that bounds were meant in, no gyro is so far from them."""
 FAINTEST = 1.0
 """Size in standard deviations below which an amplitude costs no less: a signal in the noise tells nothing of its size."""
 

@@ -53,7 +53,6 @@ class Refinement:
 
 
 @threads_for(0)
-@torch.inference_mode()
 def refine(
     runs: list[Run],
     check_runs: list[Run],

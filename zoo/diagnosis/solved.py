@@ -135,13 +135,13 @@ class Solved:
 
     @cached_property
     def _largest(self) -> Tensor:
-        """(K,) the largest size that each amplitude may have by its bounds [output's unit]; infinite where that is no rate."""
+        """(K,) the largest size that each amplitude may have [output's unit]; infinite where that is no rate, or its unit no power of it."""
         unit = self.design.runs[0].unit
         declared = [one for _, effect in self.model.named_effects() for one in effect.amplitudes]
         if UNITS[unit].quantity != "rate":
             return torch.full((len(declared),), torch.inf, dtype=torch.float64)
         sizes = [convert_parameter(max(abs(one.low), abs(one.high)), one.unit, "dph", unit) for one in declared]
-        return torch.tensor(sizes, dtype=torch.float64)
+        return torch.tensor(sizes, dtype=torch.float64).nan_to_num(nan=torch.inf)
 
     def _others(self, effects: Collection[str]) -> int:
         """How many parameters there are that are neither theirs nor whole numbers."""

@@ -105,9 +105,7 @@ class Workbench:
 
     def design(self, names: tuple[str, ...]) -> Design:
         """The columns of a set of effects on the runs."""
-        with torch.inference_mode(False):  # what is found may be trained on
-            model = GrayBox({name: copy.deepcopy(self.effects[name]) for name in names}, self.inputs, self.in_motion)
-        return self._bare.of(model)
+        return self._bare.of(GrayBox({name: copy.deepcopy(self.effects[name]) for name in names}, self.inputs, self.in_motion))
 
     @cached_property
     def _bare(self) -> Design:

@@ -17,6 +17,8 @@ GROUP = 16
 """Steps in a group."""
 LARGE = 1 << 14
 """Number of elements from which groups are worth it."""
+LONGEST = 4096
+"""Steps in one sum of what decays, at most: its rounding grows with them."""
 
 
 def affine(gain: Tensor, offset: Tensor, start: Tensor) -> Tensor:
@@ -80,9 +82,9 @@ def _entering(start: Tensor, after: Tensor) -> Tensor:
 def decaying(rate: Tensor, offset: Tensor, start: Tensor) -> Tensor:
     """States of x[k] = e^(−rate[k])·x[k−1] + offset[k] with x[−1] = start: `affine` without the doubling, as sums.
 
-    With c[k] the sum of rates up to k, x[k]·e^c[k] is start plus the sum of offset[j]·e^c[j]. Its rounding decays as the states do: it stays that of
-    the numbers c, eps·c of the largest state within reach. Where e^c would be too large, groups of steps are summed from 0 on, side by side; what
-    enters a group is left by all before it, a recurrence over the groups.
+    With c[k] the sum of rates up to k, x[k]·e^c[k] is start plus the sum of offset[j]·e^c[j], whose rounding decays as the states do: what stays is
+    that of c, a few hundred eps. Where e^c would be too large, or the sum too long, groups of steps are summed from 0 on, side by side; what enters a
+    group is left by all before it, a recurrence over the groups. How large they are depends on the rates, which vmap forbids.
 
     Args:
         rate: (..., T), not negative.
@@ -94,7 +96,8 @@ def decaying(rate: Tensor, offset: Tensor, start: Tensor) -> Tensor:
     """
     if is_carried() or rate.is_cuda:  # What is traced for chunks may not ask how large its numbers are; a GPU's long sums are not the same twice.
         return affine(torch.exp(-rate), offset, start)
-    far, gone = (500.0, 40.0) if offset.dtype == torch.float64 else (40.0, 20.0)  # summed rates; what leaves nothing of a state but rounding
+    far = 500.0 if offset.dtype == rate.dtype == torch.float64 else 40.0  # summed rates whose exponential there is room for
+    gone = far / 2  # leaves nothing of a state
     rates, parts, ahead = rate.clamp_max(gone), [offset], [offset]
     size = _steps_within(rates, far)
     while size < rates.shape[-1]:
@@ -114,10 +117,10 @@ def decaying(rate: Tensor, offset: Tensor, start: Tensor) -> Tensor:
     return states[..., : offset.shape[-1]]
 
 
-def _steps_within(rates: Tensor, far: float) -> int:
-    """How many steps, whichever they are, have rates that sum up to no more; never less than two. What is no number concerns its own row alone."""
+def _steps_within(rates: Tensor, far: float, most: int = LONGEST) -> int:
+    """How many steps, whichever they are, have rates that sum up to no more; two at least. What is no number concerns its own row alone."""
     largest = float(rates.detach().nan_to_num(0.0).max()) if rates.numel() else 0.0
-    return max(int(far / max(largest, 1e-9)), 2)
+    return min(max(int(far / max(largest, 1e-9)), 2), most)
 
 
 def _filled_up(values: Tensor, size: int) -> Tensor:

@@ -212,14 +212,17 @@ def _what_missing_means(diagnosis: Record) -> list[str]:
 
 
 def _one_more(diagnosis: Record) -> list[str]:
-    """That the likeliest set has more in it than what is named, on too little evidence to add it."""
-    sets = [one for one in diagnosis.get("posterior") or [] if one.get("hypothesis") == "missing"]
-    likeliest: Record = max(sets, key=lambda one: finite(one.get("probability")) or 0.0, default={})
-    more = [str(name) for name in likeliest.get("effects") or [] if name not in missing(diagnosis)]
-    if len(likeliest.get("effects") or []) <= len(missing(diagnosis)):
+    """That a set with one more in it is likelier than the one that is named, which had too little evidence to be added."""
+    sets: dict[frozenset[str], float] = {}
+    for one in diagnosis.get("posterior") or []:
+        names = frozenset(map(str, one.get("effects") or []))
+        sets[names] = sets.get(names, 0.0) + (finite(one.get("probability")) or 0.0)
+    named = frozenset(missing(diagnosis))
+    likeliest = max(sets, key=lambda names: sets[names], default=named)
+    if not named < likeliest:
         return []
-    doubt = f"{joined(more)} may be missing as well{_chance(diagnosis, more)}, on too little evidence to be added"
-    return [f"{doubt}: refine with and without it on a check run."]
+    odds = f"{percent(sets[likeliest])} against {percent(sets.get(named, 0.0))}"
+    return [f"{joined(sorted(likeliest - named))} may be missing as well ({odds}), on little evidence: refine with and without it on a check run."]
 
 
 def _one_thermometer(diagnosis: Record) -> list[str]:
