@@ -58,7 +58,9 @@ def test_bounds_are_those_of_a_rate(diagnosis, monkeypatch, unit, declared, scal
     monkeypatch.setattr(BiasStep, "amplitudes", (replace(step, unit=declared, low=-1e-9, high=1e-9),))
     design = copy.copy(final.design)
     design.runs = [replace(run, unit=unit) for run in design.runs]
-    more = replace(final, design=design).price(effects, 6.0) - before
+    given = replace(final, design=design)
+    more = given.price(effects, 6.0) - before
+    assert bool(given._largest[effects["bias_step"]].isinf()) is (scale == math.inf)
     assert more == pytest.approx(math.log(size / (1e-9 * BEYOND)) if scale < math.inf else 0.0, abs=0.05)
 
 

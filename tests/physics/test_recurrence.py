@@ -55,6 +55,26 @@ def test_a_decay_that_is_no_number_leaves_the_others_alone() -> None:
     assert gone.tolist() == [1.0] * 3000
 
 
+def test_what_was_large_long_ago_leaves_no_rounding() -> None:
+    """Two hundred time constants after offsets of 1e12 the states are those of the small ones alone, in whichever group."""
+    rate = torch.full((60_000,), 0.1, dtype=torch.float64)
+    offset = torch.where(torch.arange(60_000) < 50_000, 1e12, 1.0).double()
+    later = decaying(rate, offset, torch.zeros((), dtype=torch.float64))[52_000:]
+    torch.testing.assert_close(later, torch.full_like(later, -1 / math.expm1(-0.1)), rtol=1e-11, atol=0.0)
+
+
+def test_the_rounding_of_a_long_sum_does_not_grow_with_its_length() -> None:
+    rate, offset = (torch.full((1_000_000,), value, dtype=torch.float64) for value in (8.3e-5, 1.0))
+    last = decaying(rate, offset, torch.zeros((), dtype=torch.float64))[-1]
+    assert float(last) == pytest.approx(-1 / math.expm1(-8.3e-5), rel=2e-12)
+
+
+def test_the_narrower_of_two_precisions_has_room() -> None:
+    rate, offset = torch.full((2000,), 0.1), torch.ones(2000, dtype=torch.float64)
+    last = decaying(rate, offset, torch.zeros((), dtype=torch.float64))[-1]
+    assert float(last) == pytest.approx(-1 / math.expm1(-0.1), rel=1e-5)
+
+
 @pytest.mark.parametrize("size", [1e-3, 0.4, 60.0])
 def test_decays_have_their_slopes(size: float) -> None:
     """In one sum, in groups, and where nothing is left; against differences."""
