@@ -28,7 +28,7 @@ from zoo.diagnosis.search import (
 from zoo.diagnosis.solved import Solved
 from zoo.diagnosis.structure import leaves_noise
 from zoo.diagnosis.trials import OVERWHELMING, Step, Trial, refit, refit_best
-from zoo.diagnosis.workbench import COARSE, Workbench, theta_without
+from zoo.diagnosis.workbench import COARSE, FINE, Workbench, theta_without
 from zoo.fitting.variable_projection import Fit
 from zoo.scoring.noise import white_level
 from zoo.scoring.stages import rms
@@ -169,10 +169,12 @@ def reweighed(bench: Workbench, found: Search, progress: Callable[[str], None] =
 
 def _fitted_on(bench: Workbench, found: Search, path: list[Solved]) -> tuple[Search, dict[frozenset[str], Solved]]:
     """A search with some of its models fitted on, without its rounds; and these models by the names of their effects."""
-    base = bench.solve(found.base.names, [found.base.fit.theta], found.base.likely.place)
+    models = [found.base, *path]
+    fits = side_by_side(lambda one: bench.fitted(one.names, [one.fit.theta], FINE if one is found.base else COARSE), models)
+    base, *others = [bench.taken(one.names, there, one.likely.place) for one, there in zip(models, fits, strict=True)]
     again = Search(base, base)
-    for one in path:
-        again.keep(finished(bench, base, bench.solve(one.names, [one.fit.theta], one.likely.place, COARSE)))
+    for one in others:
+        again.keep(finished(bench, base, one))
     return again, {frozenset(one.names): one for one in (base, *again.path)}
 
 
@@ -271,18 +273,21 @@ def _asked_again(bench: Workbench, old: Step, before: Solved, kept: dict[frozens
     def known(trial: Trial) -> Solved | None:
         return kept.get(frozenset((*before.names, trial.screened.name)))
 
-    def fitted_on(trial: Trial) -> Fit | None:
+    def fitted_on(trial: Trial) -> tuple[Fit, float] | None:
         was = trial.solved
         if was is None or known(trial) is not None:
             return None
         if trial.refitted:
-            return bench.fitted(was.names, [was.fit.theta], COARSE)
-        return bench.peek(before, trial.screened.name, trial.screened.shape, trial.screened.start).fit
+            own = bench.taken(was.names, bench.fitted(was.names, [was.fit.theta], COARSE), before.likely.place)
+        else:
+            own = bench.peek(before, trial.screened.name, trial.screened.shape, trial.screened.start)
+        return own.fit, bench.evidence(before, own)
 
     for trial, found in zip(trials, side_by_side(fitted_on, trials), strict=True):
-        if trial.solved is not None:
+        own = known(trial)
+        if found is not None and trial.solved is not None:
             taken = bench.taken if trial.refitted else bench.placed
-            own = known(trial) if found is None else taken(trial.solved.names, found, before.likely.place)
-            assert own is not None
+            trial.solved, trial.evidence = taken(trial.solved.names, found[0], before.likely.place), found[1]
+        elif own is not None and trial.solved is not None:
             trial.solved, trial.evidence = own, bench.evidence(before, own)
     return Step(before, trials, old.accept)

@@ -8,9 +8,8 @@ import torch
 from torch import Tensor
 
 SERIES_BELOW = 1e-2
-PHI_1 = tuple((-1.0) ** k / math.factorial(k + 1) for k in range(6, -1, -1))
 PHI_2 = tuple((-1.0) ** k / math.factorial(k + 2) for k in range(6, -1, -1))
-"""φ1 = 1 − x/2 + x²/6 − … and φ2 = 1/2 − x/6 + x²/24 − …, to x⁶ (5e-18 at the limit), highest power first."""
+"""φ2 = 1/2 − x/6 + x²/24 − …, to x⁶ (3e-20 is left at the limit), highest power first."""
 
 
 def exponential_weights(x: Tensor) -> tuple[Tensor, Tensor, Tensor]:
@@ -26,8 +25,9 @@ def exponential_weights(x: Tensor) -> tuple[Tensor, Tensor, Tensor]:
     """
     small = x < SERIES_BELOW
     safe = torch.where(small, torch.ones_like(x), x)
-    phi_1 = torch.where(small, _series(x, PHI_1), -torch.expm1(-safe) / safe)
-    phi_2 = torch.where(small, _series(x, PHI_2), (1 - phi_1) / safe)
+    series = _series(x, PHI_2)
+    phi_1 = torch.where(small, 1 - x * series, -torch.expm1(-safe) / safe)
+    phi_2 = torch.where(small, series, (1 - phi_1) / safe)
     return torch.exp(-x), phi_1, phi_2
 
 

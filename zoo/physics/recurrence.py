@@ -17,6 +17,8 @@ GROUP = 16
 """Steps in a group."""
 LARGE = 1 << 14
 """Number of elements from which groups are worth it."""
+SHORT = 256
+"""Steps of a chunk up to which one product with a triangle of what decays is as fast as doubling."""
 LONGEST = 4096
 """Steps in one sum of what decays, at most: its rounding grows with them."""
 
@@ -95,7 +97,7 @@ def decaying(rate: Tensor, offset: Tensor, start: Tensor) -> Tensor:
         (..., T).
     """
     if is_carried() or rate.is_cuda:  # What is traced for chunks may not ask how large its numbers are; a GPU's long sums are not the same twice.
-        return affine(torch.exp(-rate), offset, start)
+        return _at_once(rate, offset, start) if _are_few(rate) else affine(torch.exp(-rate), offset, start)
     far = 500.0 if offset.dtype == rate.dtype == torch.float64 else 40.0  # summed rates whose exponential there is room for
     gone = far / 2  # leaves nothing of a state
     rates, parts, ahead = rate.clamp_max(gone), [offset], [offset]
@@ -115,6 +117,19 @@ def decaying(rate: Tensor, offset: Tensor, start: Tensor) -> Tensor:
         entering = _entering(start, states[..., : parts[k].shape[-2]]).unsqueeze(-1)
         states = (parts[k] + entering / ahead[k]).flatten(-2)
     return states[..., : offset.shape[-1]]
+
+
+def _are_few(rate: Tensor, most: int = SHORT) -> bool:
+    """Whether these are the steps of a chunk that go at once."""
+    return is_carried() and 1 < rate.shape[-1] <= most
+
+
+def _at_once(rate: Tensor, offset: Tensor, start: Tensor) -> Tensor:
+    """The same of a few steps, all finite, by what each offset is worth at each later step: few operations, for a graph is made one by one."""
+    start = resumed(start)
+    total = rate.cumsum(-1)
+    worth = torch.exp((total.unsqueeze(-2) - total.unsqueeze(-1)).clamp_max(0.0)).tril()
+    return left((worth @ offset.unsqueeze(-1)).squeeze(-1) + torch.exp(-total) * start.unsqueeze(-1), start)
 
 
 def _steps_within(rates: Tensor, far: float, most: int = LONGEST) -> int:
