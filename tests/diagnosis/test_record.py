@@ -91,10 +91,11 @@ def test_a_named_effects_parameters_are_those_planted(diagnosis, simulation) -> 
 def test_where_is_sorted_and_within_the_runs(record, runs) -> None:
     sizes = [one["rms"] for one in record["where"]]
     assert sizes == sorted(sizes, reverse=True)
-    spans = {run.name: (float(run.time[0]), float(run.time[-1])) for run in runs()}
+    spans = {run.name: run.span_s for run in runs()}
     for one in record["where"]:
         low, high = spans[one["run"]]
-        assert low - 100 <= one["from_s"] < one["to_s"] <= high + 100
+        assert low - 1e-3 <= one["from_s"] < one["to_s"] <= high + 1e-3
+        assert one["start_s"] == pytest.approx(low, abs=1e-3)
         assert one["stage"] in {"hold", "heating", "cooling", "edge"}
         assert one["temperature_c"][0] <= one["temperature_c"][1]
         assert one["excess"] == pytest.approx(one["rms"] / record["noise_floor"])

@@ -57,6 +57,13 @@ def test_csv_gz_and_parquet_give_identical_runs(tmp_path: Path) -> None:
         assert_equal(runs[0], other)
 
 
+@pytest.mark.parametrize(("rows", "step", "average"), [(3_000, 1.0, 10.0), (3_000, 1.0, None), (801, 10.0, 100.0), (20_003, 0.04, 37.0)])
+def test_when_a_run_begins_and_ends_is_told_by_its_rows(tmp_path: Path, rows: int, step: float, average: float | None) -> None:
+    data = recording(rows, step)
+    run = read_runs(write_measurements(tmp_path / "run.csv", data), average_s=average)[0]
+    assert run.span_s == pytest.approx((data["time_s"][0], data["time_s"][-1]), abs=1e-5)
+
+
 @pytest.mark.parametrize("average", ["auto", 5.0, 37.0, None])
 @pytest.mark.parametrize("kind", ["csv", "parquet"])
 def test_the_chunks_size_changes_nothing(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, kind: str, average: float | str | None) -> None:

@@ -64,6 +64,13 @@ class Run:
         return self.table[:, 0]
 
     @property
+    def span_s(self) -> tuple[float, float]:
+        """When its first and its last row were recorded [s], as well as even rows tell: samples have the mean time of theirs."""
+        apart = float(self.time.diff().median()) / float(self.count.median()) if len(self.time) > 1 else 0.0
+        before, after = (0.5 * (float(rows) - 1.0) * apart for rows in self.count[[0, -1]])
+        return float(self.time[0]) - before, float(self.time[-1]) + after
+
+    @property
     def temperature(self) -> Tensor:
         """(T,) main thermometer [°C]."""
         return self.table[:, 1]

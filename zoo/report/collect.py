@@ -51,5 +51,5 @@ def _trace(run: Run, role: str, said: Tensor, refined: Tensor | None) -> Trace:
         model=said.numpy(),
         refined=None if refined is None else refined.numpy(),
         stage=list(stage_names(label_stages(time, temperature))),
-        start_s=float(run.time[0]),
+        start_s=run.span_s[0],
     )
