@@ -29,6 +29,7 @@ PRIMITIVES: dict[str, Primitive] = {
     "two_lag_rate": lambda t, u: two_lag_rate(t, u, 60.0),
     "affine": lambda t, u: affine(0.99 - 0.01 * torch.sin(u), u, torch.tensor(5.0, dtype=torch.float64)),
     "decaying": lambda t, u: decaying((1 / TAU).unsqueeze(-1) + torch.zeros_like(u), u.expand(2, -1), torch.tensor(5.0, dtype=torch.float64)),
+    "decaying fast and slowly": lambda t, u: decaying(torch.where(torch.sin(u) > 0.5, torch.inf, 1e-3 * u.abs()), u, u[..., 0]),
     "clamped": lambda t, u: clamped(u - TAU.unsqueeze(-1) / 100, u + TAU.unsqueeze(-1) / 100, u[..., 0]),
     "elapsed": lambda t, u: elapsed(t, u.abs() / TAU.unsqueeze(-1)),
     "maxwell": lambda t, u: maxwell(t, u, (1.5 + torch.sin(u)) / TAU.unsqueeze(-1)),

@@ -127,7 +127,7 @@ def _are_few(rate: Tensor, most: int = SHORT) -> bool:
 def _at_once(rate: Tensor, offset: Tensor, start: Tensor) -> Tensor:
     """The same of a few steps, all finite, by what each offset is worth at each later step: few operations, for a graph is made one by one."""
     start = resumed(start)
-    total = rate.cumsum(-1)
+    total = rate.clamp_max(40.0).cumsum(-1)  # e⁻⁴⁰ leaves nothing of a state
     worth = torch.exp((total.unsqueeze(-2) - total.unsqueeze(-1)).clamp_max(0.0)).tril()
     return left((worth @ offset.unsqueeze(-1)).squeeze(-1) + torch.exp(-total) * start.unsqueeze(-1), start)
 
