@@ -99,6 +99,17 @@ def test_a_bias_that_switches_is_not_though_it_spreads_as_fast(planted, base, wh
     assert not structure.is_noise
 
 
+@pytest.mark.parametrize(("share", "most"), [(0.1, 0.03), (0.5, 0.6)])
+def test_what_is_left_far_below_the_noise_is_no_sign_of_anything(planted, base, white, share, most) -> None:
+    """However clearly it goes with something: of runs without noise all that is left does."""
+    bench = planted(lambda run, coil: 5 * white * torch.sin(run.time / 700.0), 1)
+    solved = bench.solve(tuple(base))
+    assert examine(bench, solved, solved).strain > 1.0
+    faint = replace(solved)
+    faint.__dict__["residual"] = solved.residual * share * bench.mixtures.white / solved.rms
+    assert 0.0 < examine(bench, faint, faint).strain < most
+
+
 @pytest.mark.parametrize("seed", [1, 2, 3])
 def test_an_effect_that_a_free_function_outdoes_is_not_what_it_is(planted, base, white, seed) -> None:
     """A polynomial of fourth order in temperature: a glass transition and much walk make noise of it, but any function of temperature does better."""

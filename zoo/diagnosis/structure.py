@@ -99,7 +99,8 @@ def examine(bench: Workbench, final: Solved, base: Solved) -> Structure:
     """
     test = _Test(bench, final, base)
     strains = list(test.strains())
-    strain = min(max(0.0, *strains), 1.0) if test.quiet else max(0.0, *strains)
+    strain = max(0.0, *strains)
+    strain = min(strain, 1.0) * test.left if test.quiet else strain
     found = (*[one for one in test.tried if one.matters], *([test.line] if test.line is not None and test.line.matters else []))
     *others, last = strains  # where anything was added, that of free functions
     return Structure(strain, test.excess, found, not test.alone and last > 1.0 >= max(others))
@@ -128,7 +129,12 @@ class _Test:
     @property
     def quiet(self) -> bool:
         """Whether there is nothing left to explain."""
-        return self.final.rms < QUIET * self.bench.mixtures.white
+        return self.left < 1.0
+
+    @property
+    def left(self) -> float:
+        """Variance of the residual over that below which there is nothing left to explain."""
+        return (self.final.rms / (QUIET * self.bench.mixtures.white)) ** 2
 
     @property
     def alone(self) -> bool:
