@@ -398,3 +398,18 @@ def test_what_fails_on_real_runs_only_is_named(verb, folder) -> None:
     code, told = verb("refine", "add=mine", "data.files=[sim/run_1.csv]", source=source)
     assert code == 1
     assert "effect 'mine': Mine.columns fails on these runs: ValueError: too long for me" in told
+
+
+def test_an_effect_may_do_whatever_torch_lets_it(verb, folder) -> None:
+    """Take a gradient, and write to a tensor of its own whenever it is asked."""
+    kept = (
+        "self.asked = getattr(self, 'asked', torch.zeros(3)).add_(1.0)\n        with torch.enable_grad():\n"
+        "            here = column.detach().clone().requires_grad_()\n            column = torch.autograd.grad(here.square().sum() / 2, here)[0]"
+    )
+    source = changed(RETURN, f"{kept}\n        {RETURN}")
+    for seed in (1, 2):
+        assert verb("simulate", *QUICK, "hidden=mine", f"seed={seed}", source=source) == (0, "")
+        (folder / "out").rename(folder / f"gyro_{seed}")
+    files = ["data.files=[gyro_1/run_1.csv]", "data.check_files=[gyro_2/run_1.csv]"]
+    code, told = verb("refine", "add=mine", "candidates=[mine]", *files, source=source)
+    assert code == 0, told

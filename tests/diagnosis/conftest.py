@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import replace
 from functools import lru_cache, wraps
 from inspect import signature
@@ -49,6 +49,13 @@ def once(make: Callable[..., Made]) -> Callable[..., Made]:
         return made(*whole.args, **whole.kwargs)
 
     return of
+
+
+@pytest.fixture(autouse=True)
+def _as_in_a_command() -> Iterator[None]:
+    """In inference mode, as the commands diagnose: a tenth faster, and to the last digit the same."""
+    with torch.inference_mode():
+        yield
 
 
 @once

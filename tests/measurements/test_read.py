@@ -64,6 +64,14 @@ def test_when_a_run_begins_and_ends_is_told_by_its_rows(tmp_path: Path, rows: in
     assert run.span_s == pytest.approx((data["time_s"][0], data["time_s"][-1]), abs=1e-5)
 
 
+@pytest.mark.parametrize("turn", [1, -1])
+def test_when_it_begins_and_ends_is_told_where_rows_become_rarer_as_well(tmp_path: Path, turn: int) -> None:
+    data = recording(13_000, 0.1)
+    data["time_s"] = np.cumsum(np.where(np.arange(13_000) < 9_000, 0.1, 1.0)[::turn]).round(6)
+    run = read_runs(write_measurements(tmp_path / "run.csv", data), average_s=50.0)[0]
+    assert run.span_s == pytest.approx((data["time_s"][0], data["time_s"][-1]), abs=1.0)
+
+
 @pytest.mark.parametrize("average", ["auto", 5.0, 37.0, None])
 @pytest.mark.parametrize("kind", ["csv", "parquet"])
 def test_the_chunks_size_changes_nothing(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, kind: str, average: float | str | None) -> None:

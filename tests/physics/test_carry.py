@@ -95,3 +95,15 @@ def test_a_scripted_function_is_whole(record) -> None:
         found = scripted(*record, 60.0)
     assert not carried.states
     torch.testing.assert_close(found, two_lag_rate(*record, 60.0), rtol=1e-12, atol=1e-12)
+
+
+def test_what_is_no_number_in_a_chunk_leaves_what_came_before_it() -> None:
+    rate, offset = torch.full((40,), 0.1, dtype=torch.float64), torch.ones(40, dtype=torch.float64)
+    spoilt = offset.clone()
+    spoilt[25:] = torch.nan
+    with Carried():
+        right = decaying(rate, offset, torch.zeros((), dtype=torch.float64))
+    with Carried():
+        found = decaying(rate, spoilt, torch.zeros((), dtype=torch.float64))
+    assert torch.equal(found[:25], right[:25])
+    assert found[25:].isnan().all()

@@ -50,8 +50,12 @@ def examine(asked: Subject, runs: list[Run], progress: Progress) -> tuple[Diagno
 
 
 def _nothing_is_trained_after(asked: Subject) -> torch.inference_mode:
-    """Torch's inference mode for a sum of effects, a tenth faster; what it makes, also of the runs, goes into no gradient, as a network's would."""
-    return torch.inference_mode(asked.network is None)
+    """Torch's inference mode for a sum of this package's effects, a tenth faster.
+
+    What it makes, also of the runs, goes into no gradient, as a network's would, and cannot be changed after it, as an effect from outside may do.
+    """
+    own = all(type(effect).__module__.partition(".")[0] == "zoo" for effect in asked.catalogue.values())
+    return torch.inference_mode(own and asked.network is None)
 
 
 def _rungs(found: Diagnosis) -> list[Solved]:

@@ -26,16 +26,17 @@ def regions(runs: list[Run], residual: Tensor, floors: Mapping[str, float]) -> l
     """
     found: list[dict[str, Any]] = []
     for run, part in zip(runs, residual.cpu().split([run.blocks for run in runs]), strict=True):
-        time, temperature, (first, last) = run.block_mean(run.time).cpu(), run.block_mean(run.temperature).cpu(), run.span_s
+        time, temperature = run.block_mean(run.time).cpu(), run.block_mean(run.temperature).cpu()
+        first, last = (round(moment, 3) + 0.0 for moment in run.span_s)  # a zero has no sign then
         for stage in label_stages(time, temperature):
             here = temperature[stage.blocks]
             left = rms(part[stage.blocks])
             found.append(
                 {
                     "run": run.name,
-                    "start_s": round(first, 3),
-                    "from_s": round(max(stage.from_s - run.average_s / 2, first), 3),
-                    "to_s": round(min(stage.to_s + run.average_s / 2, last), 3),
+                    "start_s": first,
+                    "from_s": max(round(stage.from_s - run.average_s / 2, 3), first),
+                    "to_s": min(round(stage.to_s + run.average_s / 2, 3), last),
                     "stage": stage.kind,
                     "temperature_c": [round(float(here.min()), 2), round(float(here.max()), 2)],
                     "rate_k_per_min": round(_mean_rate(time[stage.blocks], here), 3),

@@ -66,8 +66,11 @@ class Run:
     @property
     def span_s(self) -> tuple[float, float]:
         """When its first and its last row were recorded [s], as well as even rows tell: samples have the mean time of theirs."""
-        apart = float(self.time.diff().median()) / float(self.count.median()) if len(self.time) > 1 else 0.0
-        before, after = (0.5 * (float(rows) - 1.0) * apart for rows in self.count[[0, -1]])
+        if len(self.time) < 2:
+            return float(self.time[0]), float(self.time[-1])
+        steps, rows = self.time.diff(), self.count.to(self.time)
+        apart = torch.minimum(steps.median() / rows.median(), steps[[0, -1]] / rows[[0, -1]])  # the latter where they become rarer
+        before, after = (0.5 * (rows[[0, -1]] - 1.0) * apart).tolist()
         return float(self.time[0]) - before, float(self.time[-1]) + after
 
     @property

@@ -18,7 +18,7 @@ GROUP = 16
 LARGE = 1 << 14
 """Number of elements from which groups are worth it."""
 SHORT = 256
-"""Steps of a chunk up to which one product with a triangle of what decays is as fast as doubling."""
+"""Steps of a chunk up to which two sums over triangles of what decays, of the steps of a group and of all groups, take the place of doubling."""
 LONGEST = 4096
 """Steps in one sum of what decays, at most: its rounding grows with them."""
 
@@ -97,7 +97,7 @@ def decaying(rate: Tensor, offset: Tensor, start: Tensor) -> Tensor:
         (..., T).
     """
     if is_carried() or rate.is_cuda:  # What is traced for chunks may not ask how large its numbers are; a GPU's long sums are not the same twice.
-        return _at_once(rate, offset, start) if _are_few(rate) else affine(torch.exp(-rate), offset, start)
+        return _at_once(rate, offset, start) if _are_few(rate, offset) else affine(torch.exp(-rate), offset, start)
     far = 500.0 if offset.dtype == rate.dtype == torch.float64 else 40.0  # summed rates whose exponential there is room for
     gone = far / 2  # leaves nothing of a state
     rates, parts, ahead = rate.clamp_max(gone), [offset], [offset]
@@ -119,17 +119,26 @@ def decaying(rate: Tensor, offset: Tensor, start: Tensor) -> Tensor:
     return states[..., : offset.shape[-1]]
 
 
-def _are_few(rate: Tensor, most: int = SHORT) -> bool:
+def _are_few(rate: Tensor, offset: Tensor, most: int = SHORT) -> bool:
     """Whether these are the steps of a chunk that go at once."""
-    return is_carried() and 1 < rate.shape[-1] <= most
+    alike = rate.dtype == offset.dtype == torch.float64 and rate.shape[-1] == offset.shape[-1]
+    return is_carried() and alike and 1 < rate.shape[-1] <= most
 
 
-def _at_once(rate: Tensor, offset: Tensor, start: Tensor) -> Tensor:
-    """The same of a few steps, all finite, by what each offset is worth at each later step: few operations, for a graph is made one by one."""
+def _at_once(rate: Tensor, offset: Tensor, start: Tensor, size: int = GROUP) -> Tensor:
+    """The same of a few steps in groups, in far fewer operations, of which a graph is made one by one."""
     start = resumed(start)
+    sums, own = _from_nothing(_filled_up(rate, size), _filled_up(offset, size))
+    over, ends = _from_nothing(sums[..., -1], own[..., -1])
+    entering = _entering(start, ends + torch.exp(-over) * start.unsqueeze(-1))
+    return left((own + torch.exp(-sums) * entering.unsqueeze(-1)).flatten(-2)[..., : rate.shape[-1]], start)
+
+
+def _from_nothing(rate: Tensor, offset: Tensor) -> tuple[Tensor, Tensor]:
+    """(..., T) the summed rates, and the states of what starts at 0: what each offset is worth at each later step, T² numbers."""
     total = rate.clamp_max(40.0).cumsum(-1)  # e⁻⁴⁰ leaves nothing of a state
-    worth = torch.exp((total.unsqueeze(-2) - total.unsqueeze(-1)).clamp_max(0.0)).tril()
-    return left((worth @ offset.unsqueeze(-1)).squeeze(-1) + torch.exp(-total) * start.unsqueeze(-1), start)
+    worth = torch.exp((total.unsqueeze(-2) - total.unsqueeze(-1)).clamp_max(0.0))
+    return total, (worth * offset.unsqueeze(-2)).tril().sum(-1)
 
 
 def _steps_within(rates: Tensor, far: float, most: int = LONGEST) -> int:
