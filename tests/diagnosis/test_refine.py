@@ -26,10 +26,14 @@ def climbed():
 
 
 @pytest.fixture
-def ladder(climbed, runs, check, catalogue, base):
+def ladder(climbed, runs, check, catalogue, base, diagnosis):
+    """From the diagnosis that other tests look at, as the command takes its own."""
+
     def climb(hidden: str, add: str | tuple[str, ...] = "auto"):
         if (hidden, add) not in climbed:
-            climbed[hidden, add] = refine(runs(hidden), check(hidden), base, list(add) if isinstance(add, tuple) else add, catalogue)
+            climbed[hidden, add] = refine(
+                runs(hidden), check(hidden), base, list(add) if isinstance(add, tuple) else add, catalogue, diagnosis=diagnosis(hidden)
+            )
         return climbed[hidden, add]
 
     return climb
