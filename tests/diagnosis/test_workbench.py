@@ -11,7 +11,7 @@ import pytest
 import torch
 from torch import Generator, Tensor
 
-from zoo.diagnosis.diagnose import open_bench
+from zoo.diagnosis.diagnose import diagnose, open_bench
 from zoo.diagnosis.noise_likelihood import FLICKER_SHARES, WALK_SHARES
 from zoo.diagnosis.occam import price_of_size
 from zoo.diagnosis.shape_search import UNUSUAL, unusual
@@ -186,9 +186,10 @@ def test_an_option_counts_and_costs_where_it_is_another_than_usual_and_is_never_
     assert unusual(bench.effects["bias_step"], torch.tensor([[2.0, 1.0]])).tolist() == [0.0], "any run is as likely as another"
 
 
-def test_what_was_found_can_be_trained_on(diagnosis) -> None:
-    """And its runs can be trained with: whatever a diagnosis has left in them is an ordinary tensor."""
-    found = diagnosis("bias_step")
+@torch.inference_mode(False)
+def test_what_was_found_can_be_trained_on(runs, catalogue, base) -> None:
+    """And its runs can be trained with: whatever a diagnosis has left in them is an ordinary tensor, where inference mode is not asked for."""
+    found = diagnose(runs("bias_step"), base, {name: catalogue[name] for name in (*base, "bias_step")})
     model, (run, *_) = copy.deepcopy(found.search.final.model), found.bench.runs
     optimizer = torch.optim.SGD(model.parameters(), lr=1e-6)
     before, loss = model.coil_value.clone(), (run.block_mean(model(run.table)) - run.block_mean(run.error)).square().mean()
