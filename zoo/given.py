@@ -1,4 +1,4 @@
-"""Numbers, switches and settings that a user gave: refused where they enter if they are none, written as they can be given again."""
+"""Numbers, switches and settings that a user gave: refused where they enter if they are none, written to be given again; who wrote a class."""
 
 from __future__ import annotations
 
@@ -73,3 +73,8 @@ def check_switch(key: str, value: object) -> None:
     """
     if not isinstance(value, bool):
         raise InputError(f"{key}={value}: true or false is possible")
+
+
+def of_the_house(thing: object) -> bool:
+    """Whether it is of a class of this package, and no model or effect from outside."""
+    return type(thing).__module__.startswith(f"{__package__}.")

@@ -189,7 +189,7 @@ def test_an_option_counts_and_costs_where_it_is_another_than_usual_and_is_never_
 @torch.inference_mode(False)
 def test_what_was_found_can_be_trained_on(runs, catalogue, base) -> None:
     """And its runs can be trained with: whatever a diagnosis has left in them is an ordinary tensor, where inference mode is not asked for."""
-    found = diagnose(runs("bias_step"), base, {name: catalogue[name] for name in (*base, "bias_step")})
+    found = diagnose(runs("bias_step"), base, catalogue)
     model, (run, *_) = copy.deepcopy(found.search.final.model), found.bench.runs
     optimizer = torch.optim.SGD(model.parameters(), lr=1e-6)
     before, loss = model.coil_value.clone(), (run.block_mean(model(run.table)) - run.block_mean(run.error)).square().mean()

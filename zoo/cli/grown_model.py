@@ -19,6 +19,7 @@ from zoo.diagnosis.diagnose import Diagnosis, diagnose
 from zoo.diagnosis.refine import Refinement, refine
 from zoo.diagnosis.regions import regions, runs_rms
 from zoo.diagnosis.solved import Solved
+from zoo.given import of_the_house
 from zoo.measurements.run import Run
 from zoo.models.base import Model
 from zoo.models.graybox import GrayBox
@@ -54,8 +55,7 @@ def _nothing_is_trained_after(asked: Subject) -> torch.inference_mode:
 
     What it makes, also of the runs, goes into no gradient, as a network's would, and cannot be changed after it, as an effect from outside may do.
     """
-    own = all(type(effect).__module__.partition(".")[0] == "zoo" for effect in asked.catalogue.values())
-    return torch.inference_mode(own and asked.network is None)
+    return torch.inference_mode(asked.network is None and all(map(of_the_house, asked.catalogue.values())))
 
 
 def _rungs(found: Diagnosis) -> list[Solved]:

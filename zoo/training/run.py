@@ -20,7 +20,7 @@ from torch import Generator
 
 import zoo
 from zoo.errors import InputError
-from zoo.given import LARGEST_SEED, check_number
+from zoo.given import LARGEST_SEED, check_number, of_the_house
 from zoo.measurements.run import Run
 from zoo.models.base import FeatureModel, Model
 from zoo.models.checks import check_many_weights, check_model, check_trainable
@@ -184,7 +184,7 @@ def _fit_by_gradient(
 
 def _drawing_apart(init: Callback, model: Model, optimizer: MakeOptimizer | Stepwise, seeds: int) -> Callback:
     """The same, unless it would give many seeds of a model from outside the same weights."""
-    if seeds > 1 and isinstance(init, RandomInit) and getattr(optimizer, "starts_from_init", True) and not _of_the_house(model):
+    if seeds > 1 and isinstance(init, RandomInit) and getattr(optimizer, "starts_from_init", True) and not of_the_house(model):
         check_drawn(model)
     return init
 
@@ -224,28 +224,24 @@ def _check(model: Model, runs: Sequence[Run], optimizer: MakeOptimizer | Fitter 
     if not runs:
         raise InputError("data.files: no run to train on")
     usable_device(device)
-    if not _of_the_house(model):
+    if not of_the_house(model):
         check_model(model, tried=not _has_own_fit(model))
     if not hasattr(optimizer, "fit") and not isinstance(model, FeatureModel):
         instead = "leave optimizer=auto" if hasattr(model, "fitted_by") else f"derive it from {FeatureModel.__module__}.FeatureModel"
         raise InputError(f"{type(model).__name__} is no map of features and cannot be trained by gradient; {instead}")
     if not hasattr(optimizer, "fit"):
         weight_vector(model)  # raises where there are none
-        if not _of_the_house(model):
+        if not of_the_house(model):
             check_many_weights(cast(FeatureModel, model))
         if not is_stepwise(optimizer):
-            if not _of_the_house(model):
+            if not of_the_house(model):
                 check_trainable(cast(FeatureModel, model))
             check_steps(cast(MakeOptimizer, optimizer), device)
 
 
-def _of_the_house(model: Model) -> bool:
-    return type(model).__module__.startswith(f"{zoo.__name__}.")
-
-
 def _has_own_fit(model: Model) -> bool:
     """Whether a model from outside may have nothing to predict from before it is fitted, so that it is tried only then."""
-    return not _of_the_house(model) and hasattr(model, "fitted_by")
+    return not of_the_house(model) and hasattr(model, "fitted_by")
 
 
 def _check_numbers(**given: Any) -> None:
