@@ -8,7 +8,8 @@ import select
 import signal
 import threading
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import ExitStack
 
 import pytest
 import torch
@@ -159,6 +160,46 @@ def test_what_a_copy_does_not_bring_is_done_here_with_one_core_as_well(three, mo
 
 def test_results_that_cannot_travel_are_made_here(three) -> None:
     assert [one(2) for one in side_by_side(lambda item: lambda x: item * x, range(4))] == [0, 2, 4, 6]
+
+
+class Broken:
+    """A result that is not made again from what was sent."""
+
+    def __reduce__(self) -> tuple[Callable[[int], float], tuple[int]]:
+        return (1).__truediv__, (0,)
+
+
+def test_results_that_do_not_arrive_are_made_here(three) -> None:
+    assert all(isinstance(one, Broken) for one in side_by_side(lambda _: Broken(), range(4)))
+
+
+def test_a_copy_that_stops_within_its_result_is_not_waited_for(three) -> None:
+    copy = module.copy_of_this(lambda: Stopping())
+    begun = time.monotonic()
+    assert copy.result(0.3) is None
+    assert time.monotonic() - begun < LONG_S
+    copy.end()
+
+
+class Stopping:
+    """Written up to a part of it, and no further."""
+
+    def __reduce__(self) -> tuple[object, ...]:
+        return bytes, (), None, pieces()
+
+
+def pieces() -> Iterator[bytes]:
+    """More than is held back before it is written, and then nothing for ever."""
+    yield bytes(10_000_000)
+    time.sleep(1000.0)
+
+
+def test_however_many_files_are_open_copies_are_heard(three) -> None:
+    """More than the 1024 that `select` can tell apart."""
+    with ExitStack() as opened:
+        for _ in range(1100):
+            opened.enter_context(open(os.devnull))
+        assert side_by_side(lambda item: -item, range(6)) == [-item for item in range(6)]
 
 
 def test_where_the_system_gives_no_more_processes_one_does_it_all(three, monkeypatch) -> None:

@@ -162,13 +162,14 @@ class Compensation:
             return added
 
         names = (f"{PREDICTED}{self._one.unit}", f"{self._one.output.column}{LEFT}")
-        append_columns(self._one.path, target, self._sources, names, compute, filled=1, skip=self._skip, first_s=FIRST_S)
-        if self.tally.unpredicted == self.tally.rows:
-            target.unlink()
-            raise InputError(f"{self._one.path}: {', '.join(self._with.used)}: no row has a number in each; there is nothing to predict from")
+        append_columns(self._one.path, target, self._sources, names, compute, filled=1, skip=self._skip, first_s=FIRST_S, check=self._check_predicted)
         self.tally.notes += [note for one, hottest in zip(self._sources, self._hottest, strict=True) for note in implausible(one, hottest)]
         self._close()
         return self.tally
+
+    def _check_predicted(self) -> None:
+        if self.tally.unpredicted == self.tally.rows:
+            raise InputError(f"{self._one.path}: {', '.join(self._with.used)}: no row has a number in each; there is nothing to predict from")
 
     def _added(self, numbers: np.ndarray) -> np.ndarray:
         """(M, C) rows -> (M, 2) prediction and what is left [output's unit]."""

@@ -9,8 +9,8 @@ from typing import TypeGuard
 
 from zoo.errors import InputError
 
-LARGEST_SEED = 2**63 - 1
-"""Number that torch takes as a seed."""
+LARGEST_SEED = 2**32 - 1
+"""Torch takes longer numbers, and makes no difference between those that end with the same 32 bits."""
 _SPECIAL = re.compile(r"[^A-Za-z0-9_ /\\+.$%*@?|:-]")
 """What Hydra reads only between quotes."""
 
@@ -57,7 +57,7 @@ def check_numbers(group: str, **values: object) -> None:
 
 
 def check_seed(key: str, value: object) -> None:
-    """Refuse what torch does not take as a seed.
+    """Refuse what is no seed, or draws what another one draws.
 
     Raises:
         InputError: see `check_number`.

@@ -10,6 +10,7 @@ import ctypes
 import os
 import pickle
 import select
+import selectors
 import signal
 import struct
 import sys
@@ -34,6 +35,8 @@ COPIES = sys.platform == "linux"
 PATIENCE_S = 20.0
 """How much longer than all that was done here a copy may take for the last item that it took."""
 PLACE = struct.Struct("I")
+PART = 1 << 20
+"""Bytes of a result that are read at once, at most."""
 PARENT_GONE = 1
 """Linux's PR_SET_PDEATHSIG."""
 WORTH_S = 0.3
@@ -182,10 +185,16 @@ class Copy:
     output: int
 
     def result(self, patience_s: float) -> Any:
-        """What it came to; None where that has not come by then, or is broken off."""
-        ready, _, _ = select.select([self.output], [], [], max(patience_s, 0.0))
-        with open(self.output, "rb", closefd=False) as stream, suppress(EOFError, pickle.UnpicklingError):
-            return pickle.load(stream) if ready else None
+        """What it came to; None where that has not come by then, is broken off or cannot be made again here."""
+        until, written = time.monotonic() + patience_s, bytearray()
+        with selectors.DefaultSelector() as output:
+            output.register(self.output, selectors.EVENT_READ)
+            while output.select(max(until - time.monotonic(), 0.0)):
+                if not (part := os.read(self.output, PART)):
+                    with suppress(Exception):
+                        return pickle.loads(written)
+                    break
+                written += part
         return None
 
     def end(self) -> None:

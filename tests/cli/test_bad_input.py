@@ -420,6 +420,7 @@ def test_a_setting_that_makes_no_sense(told, tmp_path, setting, words) -> None:
         ("train", "data=null"),
         ("train", "init.seed=x"),
         ("train", "seed=-1"),
+        ("train", "seed=4294967296"),
         ("train", "model.smoothing_s=x"),
         ("train", "model.features=temperature"),
         ("train", "model.features=null"),

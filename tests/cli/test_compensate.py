@@ -275,6 +275,16 @@ def test_what_cannot_be_compensated_is_told_and_nothing_is_written(trained, caps
     assert not list(Path().glob("out/*.csv"))
 
 
+def test_a_file_that_cannot_be_compensated_leaves_what_was_written_before(trained, capsys) -> None:
+    recording().to_csv("a.csv", index=False)
+    assert compensate(trained["polynomial"], "data.files=[a.csv]") == 0
+    before = {path: path.read_bytes() for path in Path("out").iterdir() if path.is_file()}
+    recording().assign(temperature_c=np.nan).to_csv("a.csv", index=False)
+    assert compensate(trained["polynomial"], "data.files=[a.csv]") == 2
+    assert "no row has a number" in capsys.readouterr().err
+    assert {path: path.read_bytes() for path in before} == before
+
+
 def test_a_model_of_another_quantity_is_refused(trained, capsys) -> None:
     recording().rename(columns={"rate_dph": "accel_ug"}).to_csv("a.csv", index=False)
     assert compensate(trained["polynomial"], "data.files=[a.csv]") == 2

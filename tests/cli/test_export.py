@@ -67,16 +67,16 @@ def test_the_files_own_names_and_units_travel_with_the_file(trained, tmp_path, c
     assert header == "time_s,temperature_c,rate_dph"
     cells = [row.split(",") for row in rows]
     foreign = [f"{float(t) * 1e3:.0f},{float(u) + 273.15:.4f},{rate}" for t, u, rate in cells]
-    (tmp_path / "foreign.csv").write_text("\n".join(["t,imu_k,gz", *foreign]) + "\n")
-    names = ["data.columns.time=t", "data.time_unit=ms", "data.columns.temperature=imu_k", "data.columns.output=gz", "data.output_unit=deg/h"]
+    (tmp_path / "foreign.csv").write_text("\n".join(["t,imu [/K]_k,gz", *foreign]) + "\n")
+    names = ["data.columns.time=t", "data.time_unit=ms", "data.columns.temperature='imu [/K]_k'", "data.columns.output=gz", "data.output_unit=deg/h"]
     settings = ["model=polynomial", f"data.files=[{tmp_path / 'foreign.csv'}]", "data.average_s=100", *names]
     assert run("train", [*settings, f"hydra.run.dir={tmp_path / 'line'}"]) == 0
     capsys.readouterr()
     assert run("export", [f"run={tmp_path / 'line'}", "program=false", f"hydra.run.dir={tmp_path / 'out'}"]) == 0
-    assert "in the recordings imu_k, in K" in capsys.readouterr().out
+    assert "in the recordings imu [/K]_k, in K" in capsys.readouterr().out
     metadata = json.loads((tmp_path / "out" / "metadata.json").read_text())
     assert metadata["inputs"] == ["time_s", "temperature_c"]
-    wanted = {"time_s": ("t", "ms"), "temperature_c": ("imu_k", "K"), "output": ("gz", "°/h")}
+    wanted = {"time_s": ("t", "ms"), "temperature_c": ("imu [/K]_k", "K"), "output": ("gz", "°/h")}
     assert metadata["trained_on"]["recorded_as"] == {name: {"column": column, "unit": unit} for name, (column, unit) in wanted.items()}
 
 

@@ -20,14 +20,16 @@ SHORT = ["data=simulated", "data.simulated.runs=1", "+data.simulated.profile=sin
 
 def train(tmp_path: Path, *more: str) -> dict[str, Any]:
     out = tmp_path / "out"
-    assert run("train", [*SHORT, "model=polynomial", f"data.folder={tmp_path / 'data'}", f"hydra.run.dir={out}", *more]) == 0
+    assert run("train", [*SHORT, "model=polynomial", f'data.folder="{tmp_path}/data"', f'hydra.run.dir="{out}"', *more]) == 0
     found: dict[str, Any] = json.loads((out / "metrics.json").read_text())
     return found
 
 
 def test_a_recording_is_made_once_and_another_seed_is_another(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """Also in a folder whose name is a pattern of files, and one of colours."""
+    tmp_path = tmp_path / "[red] * [/red]"
     first = train(tmp_path)
-    assert "once, into" in capsys.readouterr().err
+    assert f"once, into {tmp_path}" in capsys.readouterr().err
     again = train(tmp_path)
     assert "once, into" not in capsys.readouterr().err
     assert again["rms"] == first["rms"]

@@ -122,7 +122,7 @@ def test_a_grid_is_off_the_bounds_and_an_index_counts_the_runs() -> None:
     assert grid_values(run, 1).tolist() == [0.0], "one run is all runs"
 
 
-@pytest.mark.parametrize(("span_h", "runs"), [(0.5, 1), (12.0, 3), (60.0, 2)])
+@pytest.mark.parametrize(("span_h", "runs"), [(0.5, 1), (12.0, 3), (60.0, 2), (1.0, 120)])
 def test_shapes_to_try_are_within_the_bounds(effect, span_h, runs) -> None:
     tried = effect.shapes_to_try(span_h * 3600, runs)
     assert tried.shape[1] == len(effect.shape)

@@ -53,6 +53,13 @@ def test_collinear_columns_share_their_amplitude() -> None:
     assert float(double[0]) == pytest.approx(float(double[1]), rel=1e-5)
 
 
+def test_collinear_columns_are_harmless_in_single_precision() -> None:
+    one, target = drawn(200, 2).float(), drawn(200, seed=2).float()
+    for twice in (one[:, :1].expand(-1, 2), torch.cat([one, one.sum(1, keepdim=True)], dim=1), torch.cat([one, -3 * one], dim=1)):
+        alone = project(one[:, :1] if twice.shape[1] == 2 else one, target)
+        assert float(project(twice, target).cost) == pytest.approx(float(alone.cost), rel=1e-5)
+
+
 @pytest.mark.parametrize("tilt", [1e-3, 1e-4])
 def test_nearly_collinear_columns_still_reach_the_least_cost(tilt) -> None:
     one, other, target = drawn(400), drawn(400, seed=3), drawn(400, seed=2)

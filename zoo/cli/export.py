@@ -136,19 +136,19 @@ def _recorded_as(runs: Sequence[Run]) -> dict[str, dict[str, str | None]] | None
 
 
 def _print(metadata: dict[str, Any]) -> None:
-    console = Console()
+    console = Console(markup=False, highlight=False)
     recorded = metadata["trained_on"]["recorded_as"] or {}
     for name in metadata["inputs"]:
         known, unit, was = metadata["trained_range"][name], metadata["input_units"][name] or "", recorded.get(name, {})
         trained = f"trained from {known[0]:g} to {known[1]:g} {unit}" if known else ""
-        console.print(f"input       {name:24s} {trained}", highlight=False)
+        console.print(f"input       {name:24s} {trained}")
         if was and (was["column"], was["unit"] or "") != (name, unit) and name != OUTPUT:
             there = f", in {was['unit']}" if was["unit"] else ""
-            console.print(f"            in the recordings {was['column']}{there}", highlight=False)
+            console.print(f"            in the recordings {was['column']}{there}")
     for name, known in metadata["trained_range"].items():
         if known and name not in metadata["inputs"]:
             unit = "K/min" if name.endswith(RATE) else "°C"
-            console.print(f"feature     {name:24s} trained from {known[0]:g} to {known[1]:g} {unit}", highlight=False)
-    console.print(f"prediction  error in {metadata['unit_symbol']}, to be subtracted from the output", highlight=False)
+            console.print(f"feature     {name:24s} trained from {known[0]:g} to {known[1]:g} {unit}")
+    console.print(f"prediction  error in {metadata['unit_symbol']}, to be subtracted from the output")
     for what, apart in metadata["parity"]["largest_difference"].items():
-        console.print(f"parity      {what}: {apart:.1e} {symbol(metadata['unit'])} at most", highlight=False)
+        console.print(f"parity      {what}: {apart:.1e} {symbol(metadata['unit'])} at most")

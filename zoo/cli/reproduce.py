@@ -16,6 +16,7 @@ from hydra.core.hydra_config import HydraConfig
 from omegaconf import DictConfig, open_dict
 from rich.console import Console
 from rich.table import Table
+from rich.text import Text
 from torch import Tensor
 
 from zoo.artifacts import writable_folder, write_text
@@ -67,7 +68,7 @@ def run(config: DictConfig, out: Path) -> Path:
     _check_complete(paper, list(settings), runs, checks, others, floors)
     predicted: dict[str, dict[int, list[Tensor]]] = {}
     for place, (name, own) in enumerate(settings.items(), 1):
-        console.print(f"{place}/{len(settings)} {name}", highlight=False)
+        console.print(Text(f"{place}/{len(settings)} {name}"))
         folder = writable_folder(out / METHODS / re.sub(r"\W+", "_", name).lower())
         predicted[name] = _predicted(own, runs, checks, folder)
     elsewhere = _predicted_elsewhere(settings, others)

@@ -66,7 +66,7 @@ def _simulated(config: DictConfig, out: Path, drawn: bool) -> None:
             folder = write(simulation, out / f"device_{simulation.seed:0{len(str(config.seed + devices - 1))}d}")
             if drawn:
                 _draw(simulation, folder)
-        Console().print(f"{devices} {simulation.name} {simulation.kind}s, each with its truth.json", highlight=False)
+        Console(markup=False, highlight=False).print(f"{devices} {simulation.name} {simulation.kind}s, each with its truth.json")
 
 
 def simulations(config: DictConfig) -> Iterator[Simulated]:

@@ -9,6 +9,7 @@ from typing import Any
 
 from omegaconf import OmegaConf
 from rich.console import Console
+from rich.text import Text
 from torch import Tensor
 
 import zoo
@@ -22,7 +23,7 @@ from zoo.simulator.simulated import Recording
 SETTINGS = "simulated.yaml"
 NOISELESS = "noiseless_"
 """Before the name of what would have been recorded of a run without noise of the output."""
-CODE = ("simulator", "effects", "physics", "units.py", "cli/simulated_data.py")
+CODE = ("simulator", "effects", "physics", "units.py", "cli/simulated_data.py", "cli/simulate.py", "measurements/write.py")
 CONFIGS = ("gyro", "profile", "noise", "chamber", "effects", "simulate.yaml")
 """What a recording depends on."""
 
@@ -45,7 +46,7 @@ def recorded(settings: Mapping[str, Any], folder: Path) -> Path:
     place = folder / f"{settings.get('gyro', 'gyro')}-{_fingerprint(overrides)}"
     if (place / SETTINGS).is_file():
         return place
-    Console(stderr=True).print(f"simulating {' '.join(overrides)}, once, into {place}", highlight=False, soft_wrap=True)
+    Console(stderr=True).print(Text(f"simulating {' '.join(overrides)}, once, into {place}"), soft_wrap=True)
     simulation = next(simulations(composed("simulate", overrides)))
     with folder_replacing(place) as temporary:
         for one in (*simulation.runs, simulation.check):

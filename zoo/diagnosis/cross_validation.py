@@ -9,7 +9,7 @@ from torch import Tensor
 
 from zoo.diagnosis.solved import Solved
 from zoo.diagnosis.workbench import Workbench
-from zoo.fitting.projection import RIDGE, project
+from zoo.fitting.projection import project, ridge_of
 from zoo.scoring.stages import rms
 
 SEGMENTS, OF_A_RUN = 8, 3
@@ -82,7 +82,8 @@ def _reached(own: Tensor, asked: Tensor) -> Tensor:
     lengths = own.norm(dim=0)
     seen = lengths > 0
     own, others = own[:, seen] / lengths[seen], asked[:, seen] / lengths[seen]
-    inverse = torch.linalg.inv(own.mT @ own + RIDGE * torch.eye(own.shape[1], dtype=own.dtype, device=own.device))
+    gram = own.mT @ own
+    inverse = torch.linalg.inv(gram + ridge_of(gram))
     ours, theirs = ((rows @ inverse * rows).sum(dim=1) for rows in (own, others))
     return (theirs <= ours.max()) & (asked[:, ~seen] == 0).all(dim=1)
 
@@ -112,5 +113,6 @@ def _own_lengths(columns: Tensor) -> Tensor:
     """(K,) norms of what the others do not have of each column (N, K): one over the error of its amplitude in unit noise."""
     lengths = columns.norm(dim=0)
     scaled = columns / torch.where(lengths > 0, lengths, 1.0)
-    inverse = torch.linalg.inv(scaled.mT @ scaled + RIDGE * torch.eye(len(lengths), dtype=columns.dtype, device=columns.device))
+    gram = scaled.mT @ scaled
+    inverse = torch.linalg.inv(gram + ridge_of(gram))
     return lengths / inverse.diagonal().sqrt()

@@ -27,7 +27,7 @@ from zoo.diagnosis.strangers import strangers
 from zoo.diagnosis.structure import Structure, examine
 from zoo.diagnosis.trials import Step, Trial
 from zoo.diagnosis.workbench import Workbench
-from zoo.effects.base import Effect
+from zoo.effects.base import RUN, Effect
 from zoo.errors import InputError, nearest
 from zoo.fitting.noise import floors_of, noise_of
 from zoo.measurements.run import Run
@@ -170,7 +170,7 @@ def diagnose(runs: list[Run], effects: list[str], catalogue: dict[str, Effect], 
         "unexplained": [],
         "parameters": fitted_parameters(found.final, runs[0].unit),
         "not_tried": {name: bench.lacking(name) for name in catalogue if name not in effects and bench.lacking(name)},
-        "notes": [*(note for run in bench.runs for note in run.notes), *_unequal(floors)],
+        "notes": [*(note for run in bench.runs for note in run.notes), *_unequal(floors), *_numbered(len(runs), bench.effects)],
     }
     record |= told.record() if told else {}
     proposal = _experiment(bench, found, record, progress)
@@ -197,6 +197,14 @@ def _unequal(floors: dict[str, float]) -> list[str]:
     if floors[loud] <= floors[quiet]:
         return []
     return [f"the runs are not equally noisy: {loud} has {floors[loud] / floors[quiet]:.1f} times the noise of {quiet}, each is judged by its own"]
+
+
+def _numbered(runs: int, effects: dict[str, Effect]) -> list[str]:
+    """A note where there are more runs than an effect can tell by their numbers."""
+    most = {name: int(one.high) for name, effect in effects.items() for one in effect.shape if one.name == RUN and one.high < runs}
+    if not most:
+        return []
+    return [f"of {runs} runs only the first {min(most.values())} are searched for one that differs from the others ({', '.join(most)})"]
 
 
 def _experiment(bench: Workbench, found: Search, record: dict[str, Any], progress: Callable[[str], None]) -> Proposal | None:

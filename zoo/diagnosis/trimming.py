@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import torch
 from torch import Tensor
 
-RIDGE = 1e-10
+from zoo.fitting.projection import ridge_of
 
 
 @dataclass(frozen=True)
@@ -75,6 +75,5 @@ def _loss(gram: Tensor, right: Tensor, present: list[int], left: list[int]) -> f
 
 def _explained(gram: Tensor, right: Tensor, places: list[int]) -> float:
     part, along = gram[places][:, places], right[places]
-    part = part + RIDGE * torch.eye(len(places), dtype=part.dtype, device=part.device)
-    factor, _ = torch.linalg.cholesky_ex(part)
+    factor, _ = torch.linalg.cholesky_ex(part + ridge_of(part))
     return float((torch.linalg.solve_triangular(factor, along.unsqueeze(1), upper=False)).square().sum())

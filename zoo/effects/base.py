@@ -19,6 +19,8 @@ if TYPE_CHECKING:
     from zoo.effects.earlier import Before
     from zoo.effects.sum import Sum
 
+RUN = "run"
+"""Name of a parameter that is the number of a run."""
 Scale = Literal["linear", "log", "inverse", "index", "share"]
 Place = Literal["coil", "housing"]
 
@@ -311,11 +313,11 @@ def spread(columns: Tensor, shape: Tensor) -> Tensor:
 
 def grid_values(parameter: Parameter, runs: int) -> Tensor:
     """(G,) values of one parameter, spread by its scale and off the bounds; of a share or an option the default, of an index up to the number of
-    runs."""
+    runs, but within the bounds."""
     if _ends(parameter):
         return torch.tensor([parameter.default], dtype=torch.float64)
     if parameter.scale == "index":
-        return torch.arange(0, (runs if runs > 1 else 0) + 1, dtype=torch.float64)
+        return torch.arange(0, (min(runs, int(parameter.high)) if runs > 1 else 0) + 1, dtype=torch.float64)
     unit = (torch.arange(parameter.grid, dtype=torch.float64) + 0.5) / parameter.grid
     return physical_value(unit, parameter)
 

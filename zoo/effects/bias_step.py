@@ -5,7 +5,7 @@ from __future__ import annotations
 import torch
 from torch import Tensor
 
-from zoo.effects.base import Effect, History, Parameter, grid_values
+from zoo.effects.base import RUN, Effect, History, Parameter, grid_values
 from zoo.physics.carry import after_first, left, resumed, with_last
 
 ONSETS, FINER = 200, 21
@@ -26,7 +26,7 @@ class BiasStep(Effect):
     place = "housing"
     shape = (
         Parameter("onset", 2.0, "h", 0.0, 24.0, source="anywhere in a run", meaning="time from the run's start"),
-        Parameter("run", 0.0, "1", -100.0, 100.0, "index", "an index", "number of the run it happened in, negative where it stayed; 0 for all"),
+        Parameter(RUN, 0.0, "1", -100.0, 100.0, "index", "an index", "number of the run it happened in, negative where it stayed; 0 for all"),
     )
     amplitudes = (Parameter("step", 0.0, "unit", -100.0, 100.0, source="engineering prior", meaning="height"),)
     formula = "A·(t > t0), and from then on where the run's number is negative"
@@ -44,7 +44,8 @@ class BiasStep(Effect):
         `Effect.shapes_to_try`."""
         onset = self.shape[0]
         onsets = onset.low + (torch.arange(ONSETS, dtype=torch.float64) + 0.5) / ONSETS * (min(span_s / 3600.0, onset.high) - onset.low)
-        return torch.cartesian_prod(onsets, torch.cat([grid_values(self.shape[1], runs), -torch.arange(1.0, runs, dtype=onsets.dtype)]))
+        which = grid_values(self.shape[1], runs)
+        return torch.cartesian_prod(onsets, torch.cat([which, -which[1:-1]]))
 
     def shapes_near(self, shape: Tensor, span_s: float) -> Tensor:
         """Onsets from the one tried before to the one tried after, see `Effect.shapes_near`."""

@@ -5,7 +5,7 @@ from __future__ import annotations
 import torch
 from torch import Tensor
 
-from zoo.effects.base import Effect, History, Parameter, grid_values
+from zoo.effects.base import RUN, Effect, History, Parameter, grid_values
 
 EARLIER = 10.0
 """How many times faster than the body the source, the cooler and the electronics heat up: 1 to 3 min against 10 to 40. Engineering prior."""
@@ -23,7 +23,7 @@ class WarmUp(Effect):
     place = "housing"
     shape = (
         Parameter("time", 1200.0, "s", 60.0, 5400.0, "log", source="prior: the body 10–40 min", meaning="e-folding time"),
-        Parameter("run", 0.0, "1", -100.0, 100.0, "index", "an index", "the one that began cold, negative: the one that did not", usual=True),
+        Parameter(RUN, 0.0, "1", -100.0, 100.0, "index", "an index", "the one that began cold, negative: the one that did not", usual=True),
     )
     amplitudes = (
         Parameter("amplitude", 0.0, "unit", -10.0, 10.0, source="prior: 0.02–0.3 medium, 0.3–3 tactical", meaning="the body's at power-on"),

@@ -7,7 +7,8 @@ from typing import NamedTuple
 import torch
 from torch import Tensor
 
-RIDGE = 1e-10
+RIDGE, LEAST = 1e-10, 4.0
+"""On the diagonal of a Gram matrix of unit norms, and how many times the precision of its numbers it is at least."""
 
 
 class Projection(NamedTuple):
@@ -27,7 +28,8 @@ class Projection(NamedTuple):
 def project(columns: Tensor, target: Tensor) -> Projection:
     """Least-squares amplitudes of each column set.
 
-    Columns count as scaled to unit norm; a ridge of 1e-10 keeps collinear columns harmless (their common amplitude is split between them).
+    Columns count as scaled to unit norm; a ridge of 1e-10, in single precision 5e-7, keeps collinear columns harmless (their common amplitude is
+    split between them).
 
     Args:
         columns: (..., N, K).
@@ -36,11 +38,17 @@ def project(columns: Tensor, target: Tensor) -> Projection:
     gram, right = columns.mT @ columns, columns.mT @ target.unsqueeze(-1)
     squares = gram.diagonal(dim1=-2, dim2=-1)
     norm = torch.where(squares > 0, squares, 1.0).sqrt().unsqueeze(-1)  # (..., K, 1)
-    gram = gram / norm / norm.mT + RIDGE * torch.eye(gram.shape[-1], dtype=gram.dtype, device=gram.device)
+    gram = gram / norm / norm.mT + ridge_of(gram)
     factor, _ = torch.linalg.cholesky_ex(gram)
     weights = torch.cholesky_solve(right / norm, factor) / norm
     residual = target - (columns @ weights).squeeze(-1)
     return Projection(weights.squeeze(-1), residual, residual.square().sum(-1))
+
+
+def ridge_of(gram: Tensor) -> Tensor:
+    """(K, K) for a Gram matrix (..., K, K) of columns of unit norm."""
+    ridge = max(RIDGE, LEAST * torch.finfo(gram.dtype).eps)
+    return ridge * torch.eye(gram.shape[-1], dtype=gram.dtype, device=gram.device)
 
 
 def log_volume(columns: Tensor, scale: Tensor) -> tuple[float, int]:
@@ -53,7 +61,7 @@ def log_volume(columns: Tensor, scale: Tensor) -> tuple[float, int]:
     norm = scale.norm(dim=0)
     scaled = columns[:, norm > 0] / norm[norm > 0]
     gram = scaled.mT @ scaled
-    return float(torch.logdet(gram + RIDGE * torch.eye(len(gram), dtype=gram.dtype, device=gram.device))), len(gram)
+    return float(torch.logdet(gram + ridge_of(gram))), len(gram)
 
 
 def orthonormal(columns: Tensor, tolerance: float = 1e-7) -> Tensor:

@@ -40,6 +40,7 @@ def append_columns(
     skip: bool = False,
     first_s: float = 0.0,
     chunk_bytes: int = CHUNK_BYTES,
+    check: Callable[[], None] = lambda: None,
 ) -> Path:
     """Copies a file and appends columns; in CSV the text of the others stays as it is, in Parquet their types.
 
@@ -54,6 +55,7 @@ def append_columns(
         skip: whether a row without these, or whose time does not increase, comes with nothing but NaN; else it is an error.
         first_s: time that the first chunk spans at least, where the file does [s].
         chunk_bytes: about how much of the file to hold at a time.
+        check: called when all is computed; what it raises leaves the target as it was.
 
     Returns:
         The target.
@@ -69,6 +71,7 @@ def append_columns(
             _write_parquet(source, temporary, names, parts)
         else:
             _write_csv(source, temporary, names, parts)
+        check()
     return target
 
 

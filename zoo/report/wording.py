@@ -40,10 +40,15 @@ def significant(value: Any, digits: int = 3) -> str:
         return NONE
     if number == 0:
         return "0"
-    exponent = math.floor(math.log10(abs(number)))
+    exponent = _exponent(number, digits)
     if -4 <= exponent < 6:
         return fixed(round(number, digits - 1 - exponent), digits - 1 - exponent)
     return f"{fixed(number / 10.0**exponent, digits - 1)}·10{str(exponent).translate(_SUPERSCRIPT)}"
+
+
+def _exponent(number: float, digits: int) -> int:
+    """Of ten, in a number that is rounded to so many digits: 1 of 9.996 with three."""
+    return int(f"{number:.{digits - 1}e}".partition("e")[2])
 
 
 BEYOND = {"low": "≤", "high": "≥"}
@@ -59,7 +64,7 @@ def with_error(value: Any, stderr: Any, at_bound: Any = None) -> str:
         return significant(number)
     size = max(abs(number), error)
     exponent = math.floor(math.log10(size)) if not 1e-4 <= size < 1e6 else 0
-    decimals = 1 - math.floor(math.log10(error)) + exponent
+    decimals = 1 - _exponent(error, 2) + exponent
     scaled = f"{fixed(number / 10.0**exponent, decimals)} ± {fixed(error / 10.0**exponent, decimals)}"
     return f"({scaled})·10{str(exponent).translate(_SUPERSCRIPT)}" if exponent else scaled
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from typing import Literal
@@ -95,7 +96,7 @@ def _sines(known: Circumstances) -> Iterator[Candidate]:
     most = min(middle - known.low_c, known.high_c - middle)
     why = "gains that grow with the frequency, with its square or not at all, and their phases, come apart"
     for period, cycles in zip(PERIODS_S, CYCLES, strict=True):
-        swing = min(most, FASTEST_K_PER_MIN * period / 60.0 / 6.28)
+        swing = min(most, FASTEST_K_PER_MIN * period / 60.0 / math.tau)
         legs = sine(round(middle, 1), round(swing, 1), period, cycles, HOLD_S).of(1).legs
         yield Candidate(f"a sine of {period / 60:g} min, ±{swing:.0f} K", why, tuple((round(a, 3), round(b, 3), s) for a, b, s in legs))
 

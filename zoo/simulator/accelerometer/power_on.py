@@ -6,13 +6,13 @@ from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
 from zoo.errors import InputError
-from zoo.given import check_number
+from zoo.given import LARGEST_SEED, check_number
 from zoo.simulator.laboratory.program import Campaign, Program
 
 MOST_COUNTS = 100_000
 LIMITS: Mapping[str, tuple[float, float, str]] = {
     "runs": (1, 1000, ""),
-    "seed": (0, 2**63 - 1, ""),
+    "seed": (0, LARGEST_SEED, ""),
     "soak_c": (-60.0, 85.0, " °C"),
     "seconds": (1e-3, 86400.0, " s"),
     "sample_s": (1e-3, 60.0, " s"),
