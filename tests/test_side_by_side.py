@@ -10,6 +10,7 @@ import threading
 import time
 from collections.abc import Callable, Iterator
 from contextlib import ExitStack
+from pathlib import Path
 
 import pytest
 import torch
@@ -174,7 +175,7 @@ def test_results_that_do_not_arrive_are_made_here(three) -> None:
 
 
 def test_a_copy_that_stops_within_its_result_is_not_waited_for(three) -> None:
-    copy = module.copy_of_this(lambda: Stopping())
+    copy = module.copy_of_this(Stopping)
     begun = time.monotonic()
     assert copy.result(0.3) is None
     assert time.monotonic() - begun < LONG_S
@@ -198,7 +199,7 @@ def test_however_many_files_are_open_copies_are_heard(three) -> None:
     """More than the 1024 that `select` can tell apart."""
     with ExitStack() as opened:
         for _ in range(1100):
-            opened.enter_context(open(os.devnull))
+            opened.enter_context(Path(os.devnull).open())
         assert side_by_side(lambda item: -item, range(6)) == [-item for item in range(6)]
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import pytest
+import torch
 
 from zoo.diagnosis import outdone
 from zoo.diagnosis.diagnose import diagnose, open_bench
@@ -51,6 +52,18 @@ def test_a_bend_of_the_bias_is_no_fringe(simulation, with_error_of, white, catal
     assert found["unexplained_words"].startswith("It bends at ")
     place = found["unexplained_form"]["parameters"]["place"]
     assert abs(place["value"] - 30.0) < 3.0 * place["stderr"] < 3.0
+
+
+@pytest.mark.parametrize(("width", "seed"), [(0.3, 1), (2.0, 2)])
+def test_a_step_at_a_temperature_is_no_fringe(simulation, with_error_of, white, catalogue, base, width, seed) -> None:
+    """A polariser's lines at free ratios follow most of it, and a polynomial of the temperature less; hysteresis follows it where runs go one way."""
+    runs = with_error_of(simulation(seed=seed).runs, lambda coil, rate: torch.sigmoid((coil - 22.0) / width), 2 * white)
+    found = diagnose(runs, base, catalogue).record
+    assert found["verdict"] == "unknown"
+    assert found["unexplained_words"].startswith("It steps up by ")
+    assert "Not so in" not in found["unexplained_words"]
+    place = found["unexplained_form"]["parameters"]["place"]
+    assert abs(place["value"] - 22.0) < 3.0 * place["stderr"] < 3.0
 
 
 @pytest.mark.parametrize("hidden", ["glass_transition", "viscoelastic", "rate_temperature_coupling"])

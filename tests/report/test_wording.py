@@ -20,7 +20,19 @@ def test_fixed(value: float, text: str) -> None:
     assert fixed(value, 2) == text
 
 
-@pytest.mark.parametrize(("value", "text"), [(0.012345, "0.0123"), (1234.5, "1230"), (-3.2e-7, "−3.20·10⁻⁷"), (0.0, "0"), (4.5e9, "4.50·10⁹"), (9.9996, "10.0"), (-99.97, "−100"), (9.9996e7, "1.00·10⁸")])
+@pytest.mark.parametrize(
+    ("value", "text"),
+    [
+        (0.012345, "0.0123"),
+        (1234.5, "1230"),
+        (-3.2e-7, "−3.20·10⁻⁷"),
+        (0.0, "0"),
+        (4.5e9, "4.50·10⁹"),
+        (9.9996, "10.0"),
+        (-99.97, "−100"),
+        (9.9996e7, "1.00·10⁸"),
+    ],
+)
 def test_significant(value: float, text: str) -> None:
     assert significant(value) == text
 

@@ -14,6 +14,7 @@ from zoo.diagnosis.form_words import sentence, shape_of
 from zoo.diagnosis.forms import POLYNOMIALS, wave
 from zoo.diagnosis.free_functions import SIGNIFICANT, TOGETHER, FreeFunction, functions_of, weigh
 from zoo.diagnosis.quantities import CLOCK, RATE, SIZE
+from zoo.diagnosis.regions import runs_rms
 from zoo.diagnosis.restless import restless
 from zoo.diagnosis.solved import Solved
 from zoo.diagnosis.structure import MATERIAL, leaves_noise
@@ -71,7 +72,7 @@ def describe(bench: Workbench, base: Solved) -> Description:
     if share_of(best.solved, base) < SMOOTH and complete is None:  # else it is what was missing, however little a bent coil and flicker left of it
         return _nothing_smooth(bench, base)
     first = next(free for free in forms.frees if forms.has(free, best.effect.name))
-    entries = [_entry(bench, forms.at, base, first, best)]
+    entries = [_entry(bench, forms.at, base, first, best, complete is not None)]
     entries[0]["as_good"] = _as_good(bench, forms, first)
     entries += _further(bench, best.solved, base, {first.words})
     return Description(entries, _form(bench, best, entries[0]["words"]), entries[0]["words"], best, complete)
@@ -80,6 +81,12 @@ def describe(bench: Workbench, base: Solved) -> Description:
 def share_of(solved: Solved, base: Solved) -> float:
     """Share of the variance of what one model leaves that another takes away."""
     return 1.0 - (solved.rms / base.rms) ** 2
+
+
+def _shares_by_run(bench: Workbench, solved: Solved, base: Solved) -> list[float]:
+    """The same, run by run."""
+    after, before = (runs_rms(bench.runs, one.residual) for one in (solved, base))
+    return [1.0 - (after[run.name] / before[run.name]) ** 2 for run in bench.runs]
 
 
 def _nothing_smooth(bench: Workbench, base: Solved) -> Description:
@@ -103,7 +110,7 @@ def _further(bench: Workbench, solved: Solved, base: Solved, known: set[str]) ->
         if evidence <= SIGNIFICANT or share <= MATERIAL or share * part <= FURTHER:
             break
         beside.append(free)
-        entries.append(_entry(bench, solved, base, free, None) | {"explains": share * part})
+        entries.append(_entry(bench, solved, base, free) | {"explains": share * part})
         part *= 1.0 - share
     return entries
 
@@ -112,21 +119,21 @@ def _together(frees: list[FreeFunction]) -> Tensor | None:
     return torch.cat([free.columns for free in frees], dim=1) if frees else None
 
 
-def _entry(bench: Workbench, solved: Solved, base: Solved, free: FreeFunction, best: Tried | None) -> dict[str, Any]:
-    """One dependence; the form that stands for it where there is one."""
+def _entry(bench: Workbench, solved: Solved, base: Solved, free: FreeFunction, best: Tried | None = None, complete: bool = False) -> dict[str, Any]:
+    """One dependence; the form that stands for it where there is one, and whether no run has more to say."""
     unit = bench.runs[0].unit
     drawn = fitted(bench, solved, free)
     curves = drawn.curves()
     shares = drawn.explained([run.blocks for run in bench.runs])
     share, evidence = weigh(bench, solved, free.columns)
     if best is not None:
-        share, evidence = share_of(best.solved, base), best.evidence
+        share, evidence, shares = share_of(best.solved, base), best.evidence, _shares_by_run(bench, best.solved, base)
     words = sentence(best, curves, unit) if best is not None else shape_of(free.words, free.of.told_in(unit).unit, curves[0])
     return {
         "depends_on": free.words if best is None else _depends_on(free, best, unit),
         "explains": share,
         "evidence": evidence,
-        "words": f"{words}{_unlike(bench, shares, share)}",
+        "words": words if complete else f"{words}{_unlike(bench, shares, share)}",
         "by_run": {run.name: one for run, one in zip(bench.runs, shares, strict=True)},
         "quantity": free.of.words,
         "unit": free.of.unit,

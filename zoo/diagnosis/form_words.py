@@ -43,6 +43,7 @@ def sentence(tried: Tried, curves: list[Curve], unit: str) -> str:
         "remembered_power": _remembered,
         "wave": _wave,
         "bent": _bent,
+        "stepped": _stepped,
     }
     if tried.form is POLYNOMIALS[0]:
         return _proportional(tried, values)
@@ -137,11 +138,22 @@ def _remembered(tried: Tried, values: Found) -> str:
 
 
 def _bent(tried: Tried, values: Found) -> str:
-    place, slope = values["place"], values["slope"]
-    error = f" ± {number(place['stderr'], 1)}" if place["stderr"] and math.isfinite(place["stderr"]) else ""
+    slope = values["slope"]
     way, given = "rises" if slope["value"] > 0 else "falls", slope["unit"].partition("/")[0]
     steeper = f"{number(abs(slope['value']))} {symbol(given)}/{tried.quantity.unit.replace('°C', 'K')}"
-    return f"It bends at {number(place['value'])}{error} {tried.quantity.unit} of {tried.quantity.words}: above, it {way} by {steeper} more."
+    return f"It bends at {_at(values['place'], tried)}: above, it {way} by {steeper} more."
+
+
+def _stepped(tried: Tried, values: Found) -> str:
+    step, width = values["step"], f"{number(values['width']['value'], 2)} {tried.quantity.unit.replace('°C', 'K')}"
+    way, size = "up" if step["value"] > 0 else "down", f"{number(abs(step['value']))} {symbol(step['unit'])}"
+    return f"It steps {way} by {size} at {_at(values['place'], tried)}, going over within some {width}."
+
+
+def _at(place: Found, tried: Tried) -> str:
+    """Where something happens along a quantity."""
+    error = f" ± {number(place['stderr'], 1)}" if place["stderr"] and math.isfinite(place["stderr"]) else ""
+    return f"{number(place['value'])}{error} {tried.quantity.unit} of {tried.quantity.words}"
 
 
 def _wave(tried: Tried, values: Found) -> str:

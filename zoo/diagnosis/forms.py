@@ -71,6 +71,11 @@ def bent(self: Any, history: History, shape: Tensor) -> Tensor:
     return (width * torch.nn.functional.softplus((self.quantity(history) - place) / width)).unsqueeze(-1)
 
 
+def stepped(self: Any, history: History, shape: Tensor) -> Tensor:
+    """What is 0 well below a place c of the quantity and 1 well above it, going over within a width w, see `Effect.columns`."""
+    return torch.sigmoid((self.quantity(history) - shape[..., 0:1]) / shape[..., 1:2]).unsqueeze(-1)
+
+
 def polynomial(self: Any, history: History, shape: Tensor) -> Tensor:
     """Chebyshev polynomials of order 1 and up; beyond the range of the fitted runs they stay as they are there; see `Effect.columns`."""
     place = (2 * (self.quantity(history) - self.low) / (self.high - self.low) - 1).clamp(-1, 1)
@@ -137,6 +142,7 @@ EVEN_BY_TEMPERATURE = Form(even_power_by_temperature, "(A + B·θ)·|x|^p,  θ =
 ODD_BY_TEMPERATURE = Form(odd_power_by_temperature, "(A + B·θ)·sgn(x)·|x|^p,  θ = (T − 20 °C)/50 K", (EXPONENT,), BY_TEMPERATURE)
 REMEMBERED = Form(remembered_power, "A·lag_τ(|x|^p)", (EXPONENT, MEMORY))
 BENT = Form(bent, "A·w·ln(1 + exp((x − c)/w))", (PLACE_C, WIDTH_K), (("slope", "unit/x"),))
+STEPPED = Form(stepped, "A/(1 + exp(−(x − c)/w))", (PLACE_C, WIDTH_K), (("step", "unit"),))
 POLYNOMIALS = tuple(
     Form(polynomial, "Σ a_k·T_k(x), a Chebyshev series over the range of the runs", (), tuple((f"a{k}", "unit") for k in range(1, order + 1)))
     for order in ORDERS
@@ -157,7 +163,7 @@ def forms_of(free: FreeFunction) -> list[tuple[Quantity, Form]]:
     special = {
         SIZE: [(RATE, EVEN)],
         LASTING: [(RATE, REMEMBERED)],
-        TEMPERATURE: [(TEMPERATURE, WAVE), (TEMPERATURE, BENT)],
+        TEMPERATURE: [(TEMPERATURE, WAVE), (TEMPERATURE, BENT), (TEMPERATURE, STEPPED)],
         RATE: [(RATE, SATURATING)],
     }
     if free.of is CLOCK:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 
 from zoo.diagnosis.form_search import FormBench
-from zoo.diagnosis.forms import WAVE
+from zoo.diagnosis.forms import BENT, STEPPED, WAVE
 from zoo.diagnosis.free_functions import SIGNIFICANT, freed_of
 from zoo.diagnosis.quantities import CLOCK, TEMPERATURE, by_the_clock, inputs_of
 from zoo.diagnosis.solved import Solved
@@ -21,6 +21,8 @@ CONTESTED, LEAST = 0.6, 20.0
 explains less than fitted together with all else, as the named effects were. With less evidence noise may stand for either."""
 FORMS = 2
 """How many of its likeliest forms are."""
+SHARP = "a bend or a step"
+"""What the evidence of these forms is remembered by."""
 
 
 def outdone(bench: Workbench, final: Solved, base: Solved) -> float:
@@ -48,10 +50,22 @@ def outdone(bench: Workbench, final: Solved, base: Solved) -> float:
     others = {words: one for words, one in freed_of(bench, base).items() if words not in own}
     best = max((one.whole if words in timed else one.evidence for words, one in others.items()), default=0.0)
     if best - SIGNIFICANT <= allowed:
-        near = {words: 0.0 if words == TEMPERATURE.words else CONTESTED * allowed for words in others}  # a polynomial does not follow a bend
-        contested = [words for words, one in others.items() if words not in timed and one.evidence > max(near[words], LEAST)]
+        enough = {words: max(LEAST, CONTESTED * allowed) for words in others} | {TEMPERATURE.words: LEAST}
+        seen = {words: one.evidence for words, one in others.items()}
+        if TEMPERATURE.words in seen:
+            seen[TEMPERATURE.words] = max(seen[TEMPERATURE.words], _sharp(bench, base))
+        contested = [words for words, evidence in seen.items() if words not in timed and evidence > enough[words]]
         best = max([best, *_in_their_forms(bench, base, contested)])
     return math.exp(min(BELIEVED * (best - SIGNIFICANT - allowed), 5.0))
+
+
+def _sharp(bench: Workbench, base: Solved) -> float:
+    """Evidence of a bend or a step at a temperature, which no polynomial follows, at a glance beside a model; reckoned once."""
+    if SHARP not in base.formed:
+        forms = FormBench(bench, base)
+        axis = next(free.axis for free in forms.frees if free.words == TEMPERATURE.words)
+        base.formed[SHARP] = max(one.evidence for one in forms.glances([(axis, BENT), (axis, STEPPED)]))
+    return base.formed[SHARP]
 
 
 def _in_their_forms(bench: Workbench, base: Solved, contested: list[str]) -> list[float]:
