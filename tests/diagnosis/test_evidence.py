@@ -164,6 +164,17 @@ def test_the_floor_is_a_little_below_the_noise_and_never_above_what_remains_by_m
         final = found.search.final
         assert found.bench.noise_floor(final) == pytest.approx(final.rms, rel=0.1)
         assert found.bench.noise_floor(final) < 1.15 * white
+        assert found.record["noise_floor"] == found.bench.reached_floor(final) == found.bench.noise_floor(final)
+
+
+@pytest.mark.parametrize("period_s", [6000.0, 9000.0])
+def test_where_what_recurs_is_taken_for_a_walk_the_floor_is_what_is_left(runs, base, catalogue, white, period_s) -> None:
+    """A walk that accounts for it within minutes goes on for hours, in which the model leaves less."""
+    recurs = [replace(run, error=run.error + 2 * white * torch.sin(2 * torch.pi * run.time / period_s)) for run in runs()]
+    bench = open_bench(recurs, base, catalogue)
+    solved = bench.begin(tuple(base))
+    assert bench.mixtures.much_walk(solved.likely.noise)
+    assert bench.reached_floor(solved) == solved.rms < bench.noise_floor(solved)
 
 
 def test_the_absolute_test_passes_noise_and_fails_a_fault(diagnosis) -> None:

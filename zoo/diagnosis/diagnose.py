@@ -136,7 +136,7 @@ def diagnose(runs: list[Run], effects: list[str], catalogue: dict[str, Effect], 
         progress("describing what nothing explains")
     told = _description(bench, found) if verdict == "unknown" else None
     complete = found.final if structure.is_noise else told and told.complete
-    floor = bench.noise_floor(complete) if complete else bench.mixtures.white
+    floor = bench.reached_floor(complete) if complete else bench.mixtures.white
     others = [name for name in candidates if name not in found.final.names]
     limits = detection_limits(bench, found.final, others, accepted(base, found.final))
     weighed = hypotheses(found, structure, too_small([(limit.hidden, limit.odds) for limit in limits.values()], alone=not found.missing))

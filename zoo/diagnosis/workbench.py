@@ -327,6 +327,11 @@ class Workbench:
             at += len(covariance)
         return math.sqrt(max(kept, 0.0) / self.blocks)
 
+    def reached_floor(self, solved: Solved) -> float:
+        """The same, but no more than the model leaves where that noise is a walk as few gyros have: then what is slow was taken for too much of one."""
+        expected = self.noise_floor(solved)
+        return min(expected, solved.rms) if self.mixtures.much_walk(solved.likely.noise) else expected
+
     def with_white(self, white: float) -> Workbench:
         """The same runs with another level of white noise [unit]."""
         return self.with_runs(self.runs, white, self.scatter)
