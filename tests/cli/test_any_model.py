@@ -134,7 +134,7 @@ def test_a_hybrid_is_trained_and_beats_its_network(gyro, network, tmp_path) -> N
             found = metrics["physical"]["hysteresis"][parameter]
             assert 0 < found["stderr"] < abs(found["value"])
         assert abs(found["value"] - truth["amplitude"]["value"]) < 4 * found["stderr"]
-        from_here, deepest = less_likely(out, gyro, truth)
+        from_here, deepest = less_likely(out, gyro, truth, starts=4 if name == "hybrid" else 0)
         assert from_here > -0.5, "no other minimum is deeper"
         assert deepest < 4**2, "the truth is not ruled out"
         assert loop(metrics["physical"]["hysteresis"]) == pytest.approx(loop(truth), rel=0.15), "amplitude and spread make up for each other"
@@ -153,10 +153,10 @@ class KnownLoop(Hysteresis):
         return super().columns(history, torch.tensor(self.known, dtype=torch.float64).expand(*shape.shape[:-1], -1))
 
 
-def less_likely(out: Path, gyro: Path, truth: dict) -> tuple[float, float]:
-    """By how much χ² is higher with the loop's true shape than with the one found, all else trained to it: from there, and at the deepest of five.
+def less_likely(out: Path, gyro: Path, truth: dict, starts: int) -> tuple[float, float]:
+    """By how much χ² is higher with the loop's true shape than with the one found, all else trained to it: from there, and at the deepest of all.
 
-    A network ends where it began, and processors round otherwise: from one start alone χ² of the truth is 7 to 33 higher.
+    A network ends where it began, and processors round otherwise: from one start alone χ² of the truth is 7 to 33 higher. A polynomial is linear.
 
     A network linearised where it stands beside another loop would leave the true one more than the network itself does, once trained beside it.
     What stays is more than chance: the network maps the thermometer, Shupe's effect lives in the coil, and the loop makes up for some of that.
@@ -165,7 +165,7 @@ def less_likely(out: Path, gyro: Path, truth: dict) -> tuple[float, float]:
     known = Hybrid(copy.deepcopy(hybrid.network), {"hysteresis": KnownLoop(truth)}, hybrid.inputs)
     with torch.no_grad():
         known.physics.coil_value.copy_(hybrid.physics.coil_value)
-    others = [copy.deepcopy(known) for _ in range(4)]
+    others = [copy.deepcopy(known) for _ in range(starts)]
     Alternating(rounds=60, steps=300, draw=False).fit(known, runs, Generator())
     for seed, other in enumerate(others):
         Alternating(rounds=60, steps=300).fit(other, runs, Generator().manual_seed(seed))

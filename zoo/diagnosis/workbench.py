@@ -328,7 +328,7 @@ class Workbench:
         return math.sqrt(max(kept, 0.0) / self.blocks)
 
     def reached_floor(self, solved: Solved) -> float:
-        """The same, but no more than the model leaves where that noise is a walk as few gyros have: then what is slow was taken for too much of one."""
+        """The same, but no more than the model leaves where that noise walks as few gyros do: then what is slow was taken for too much of a walk."""
         expected = self.noise_floor(solved)
         return min(expected, solved.rms) if self.mixtures.much_walk(solved.likely.noise) else expected
 
