@@ -4,17 +4,10 @@ import pytest
 import torch
 
 from zoo.errors import InputError
-from zoo.models.features import Features, two_lag_rate
+from zoo.models.features import Features
 from zoo.models.scaler import Scaler
 from zoo.physics.differentiator import temperature_rate
 from zoo.physics.lag import lagged
-
-
-def test_the_rate_is_that_of_the_differentiator(raw) -> None:
-    x = raw(["time_s", "temperature_c"])
-    for smoothing_s in (5.0, 60.0, 600.0):
-        expected = temperature_rate(x[:, 0], x[:, 1], smoothing_s)
-        torch.testing.assert_close(two_lag_rate(x[:, 0], x[:, 1], smoothing_s), expected, rtol=1e-12, atol=1e-12)
 
 
 def test_names_choose_columns_and_rates(raw) -> None:

@@ -9,7 +9,6 @@ import torch
 from torch import Tensor
 
 from zoo.errors import WorkError
-from zoo.models.features import two_lag_rate
 from zoo.physics.carry import Carried, at_start, is_carried
 from zoo.physics.differentiator import temperature_rate
 from zoo.physics.lag import lagged, lagged_rate
@@ -25,8 +24,7 @@ PRIMITIVES: dict[str, Primitive] = {
     "lagged from elsewhere": lambda t, u: lagged(t, u, TAU, u[..., 0] - 3.0),
     "lagged_rate": lambda t, u: lagged_rate(t, u, TAU),
     "temperature_rate": temperature_rate,
-    "temperature_rate of a batch": lambda t, u: temperature_rate(t, u.expand(2, -1), TAU),
-    "two_lag_rate": lambda t, u: two_lag_rate(t, u, 60.0),
+    "temperature_rate of a batch": lambda t, u: temperature_rate(t, torch.stack([u, u.square()])),
     "affine": lambda t, u: affine(0.99 - 0.01 * torch.sin(u), u, torch.tensor(5.0, dtype=torch.float64)),
     "decaying": lambda t, u: decaying((1 / TAU).unsqueeze(-1) + torch.zeros_like(u), u.expand(2, -1), torch.tensor(5.0, dtype=torch.float64)),
     "decaying fast and slowly": lambda t, u: decaying(torch.where(torch.sin(u) > 0.5, torch.inf, 1e-3 * u.abs()), u, u[..., 0]),
@@ -90,11 +88,11 @@ def test_nothing_is_carried_after_a_block_whatever_happened_in_it(record) -> Non
 
 
 def test_a_scripted_function_is_whole(record) -> None:
-    scripted = torch.jit.script(two_lag_rate)
+    scripted = torch.jit.script(temperature_rate)
     with Carried() as carried:
         found = scripted(*record, 60.0)
     assert not carried.states
-    torch.testing.assert_close(found, two_lag_rate(*record, 60.0), rtol=1e-12, atol=1e-12)
+    torch.testing.assert_close(found, temperature_rate(*record, 60.0), rtol=1e-12, atol=1e-12)
 
 
 def test_what_is_no_number_in_a_chunk_leaves_what_came_before_it() -> None:

@@ -76,12 +76,18 @@ def test_refining_straight_lines_changes_nothing() -> None:
     assert torch.allclose(again, temperature_rate(time, temperature), atol=1e-12)
 
 
-def test_batches_of_temperatures_and_of_smoothing_times() -> None:
+def test_batches_of_temperatures() -> None:
     time = uneven(500)
     temperatures = torch.stack([torch.sin(time / 50), time / 60])
-    both = temperature_rate(time, temperatures, torch.tensor([30.0, 60.0], dtype=torch.float64))
-    assert torch.allclose(both[0], temperature_rate(time, temperatures[0], 30.0))
-    assert torch.allclose(both[1], temperature_rate(time, temperatures[1], 60.0))
+    both = temperature_rate(time, temperatures, 30.0)
+    for found, one in zip(both, temperatures, strict=True):
+        torch.testing.assert_close(found, temperature_rate(time, one, 30.0), rtol=1e-12, atol=1e-12)
+
+
+def test_what_stands_still_has_a_rate_of_exactly_nothing() -> None:
+    """Whatever its last digits."""
+    time = uneven(500)
+    assert not temperature_rate(time, torch.full_like(time, 20.1)).any()
 
 
 def test_one_sample_has_no_rate() -> None:

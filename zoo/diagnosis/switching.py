@@ -85,7 +85,7 @@ def switching(bench: Workbench, solved: Solved) -> Switching:
         chain = _chain(residual, half, level, rate, sizes)
         state = 2.0 * chain.upper - 1.0
         rate = min(max(chain.switches / max(len(error) - len(sizes), 1), 1.0 / len(error)), 0.5)
-        residual = error - (error - half * state - project(columns, error - half * state).residual)
+        residual = half * state + project(columns, error - half * state).residual
         half = abs(float((residual * state).mean()))
         variance = float((residual.square() - 2.0 * half * residual * state + half**2).mean())
         level = white * min(max(math.sqrt(variance) / white, LEVELS[0]), LEVELS[-1])

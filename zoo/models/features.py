@@ -9,10 +9,8 @@ from torch import Tensor, nn
 from zoo.errors import InputError
 from zoo.given import check_number
 from zoo.models.base import Model
-from zoo.physics.carry import after_first, at_start, with_last
-from zoo.physics.differentiator import SMOOTHING_S
+from zoo.physics.differentiator import SMOOTHING_S, temperature_rate
 from zoo.physics.lag import lagged
-from zoo.physics.recurrence import decaying
 
 RATE = "_rate"
 POSSIBLE = "possible: temperature_rate, temperature_NAME_rate, and lags of so many seconds, temperature_lag600, temperature_NAME_lag600"
@@ -99,7 +97,7 @@ def one_feature(time: Tensor, value: Tensor, seconds: float, is_rate: bool) -> T
         (T,).
     """
     if is_rate:
-        return two_lag_rate(time, value, seconds)
+        return temperature_rate(time, value, seconds)
     return lagged(time, value, torch.full_like(value[0], seconds)) if seconds > 0 else value
 
 
@@ -144,27 +142,3 @@ def _lag_seconds(feature: str, digits: str) -> float:
     if not re.fullmatch(r"\d+(\.\d+)?", digits) or float(digits) <= 0:
         raise InputError(f"model.features: '{feature}': a lag is named with its seconds, above 0; {POSSIBLE}")
     return float(digits)
-
-
-def two_lag_rate(time: Tensor, temperature: Tensor, smoothing_s: float) -> Tensor:
-    """`zoo.physics.differentiator.temperature_rate` in the subset of Python that TorchScript takes (a test holds them equal).
-
-    Args:
-        time: (T,) [s].
-        temperature: (T,) [°C].
-        smoothing_s: time constant of each lag [s].
-
-    Returns:
-        (T,) [K/min].
-    """
-    temperature = temperature - at_start(temperature)  # so that the rate of what stands still is 0 and not what rounding leaves of it
-    tau = torch.full_like(temperature[0], smoothing_s)
-    once = with_last(lagged(time, temperature, tau))
-    step, known = torch.diff(with_last(time)), with_last(temperature)
-    slope = torch.diff(known) / step
-    ratio = step / tau
-    decay = torch.exp(-ratio)
-    behind = once[:-1] - known[:-1] + slope * tau
-    gain = -torch.expm1(-ratio) * slope - decay * ratio / tau * behind
-    start = torch.zeros_like(temperature[0])
-    return 60.0 * after_first(start, decaying(ratio, gain, start))
