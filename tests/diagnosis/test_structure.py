@@ -31,7 +31,7 @@ from zoo.diagnosis.structure import (
     leaves_noise,
     spectral_line,
 )
-from zoo.diagnosis.swings import _around, swings
+from zoo.diagnosis.swings import _around, steady_period_s, swings
 from zoo.diagnosis.workbench import Workbench
 from zoo.measurements.run import Run
 from zoo.simulator.noise import rate_walk
@@ -337,6 +337,21 @@ def test_what_swings_faster_and_faster_is_no_noise(planted, base, white, seed) -
     assert 600 < found.periods_s[0] < found.periods_s[1] < 2000
     assert not is_noise(bench, solved, solved)
     assert restless(bench, solved).startswith("It swings, with no period that stays: every ")
+
+
+@pytest.mark.parametrize(("period_s", "overtone"), [(4020.0, 0.5), (1500.0, 0.0)])
+def test_what_recurs_with_a_phase_of_its_own_in_each_run_has_a_period(planted, base, white, period_s, overtone) -> None:
+    phases = iter((0.3, 2.1))
+
+    def line(run: Run, coil: Tensor) -> Tensor:
+        angle = 2 * torch.pi * run.time / period_s + next(phases)
+        return 3 * white * (angle.sin() + overtone * (2 * angle).cos())
+
+    bench = planted(line, 1)
+    solved = bench.solve(tuple(base))
+    found = steady_period_s(bench, solved)
+    assert found == pytest.approx(period_s, rel=0.02), "a tenth of a resolution"
+    assert restless(bench, solved) == f"It recurs every {found / 60:.2g} min, in each run with a phase of its own."
 
 
 def wandering(run: Run, seed: int) -> Tensor:

@@ -18,6 +18,9 @@ BAND = 6.0
 with nothing hidden it reached 1.8."""
 BAND_BESIDE = 8.0
 """The same beside added effects, whose simplified forms leave what swings."""
+STEADY, CYCLES, FINER = 0.5, 3, 8
+"""Part of what is left beyond the white noise that one frequency has to have for a period; cycles that the longest run has to show of it; how many
+frequencies are tried in a resolution."""
 SKIRT = 4
 """Resolutions to either side of a line that belong to it: a phase that wanders spreads it."""
 
@@ -92,3 +95,14 @@ def swings(bench: Workbench, solved: Solved, lines: tuple[float, ...] = ()) -> S
                 found = Swings(float(ratio[place]), (float(level[place]) - 1.0) * width / total, periods)
             width *= 2
     return Swings(found.evidence - math.log(max(tried, 1)), found.share, found.periods_s)
+
+
+def steady_period_s(bench: Workbench, solved: Solved) -> float | None:
+    """Period of a line that accounts for what a model leaves, with a phase and a height of its own in each run; None where there is none [s]."""
+    parts = solved.residual.split([run.blocks for run in bench.runs])
+    longest = max(map(len, parts))
+    power = torch.stack([torch.fft.rfft(part, FINER * longest).abs().square() * (2.0 / len(part)) for part in parts]).sum(dim=0)
+    power[: CYCLES * FINER] = 0.0
+    place = int(power.argmax())
+    beyond = float(solved.residual.square().sum()) - len(solved.residual) * bench.mixtures.white**2
+    return FINER * longest * bench.runs[0].average_s / place if float(power[place]) > STEADY * beyond > 0.0 else None
