@@ -99,6 +99,11 @@ def test_the_class_that_is_written_is_the_form_that_was_tried(diagnosis, tmp_pat
     assert effect.source == "found by fogzoo diagnose in run_1 and run_2"
 
 
+@pytest.mark.parametrize("form", FORMS, ids=lambda form: f"{form.columns.__name__}_{len(form.amplitudes)}")
+def test_no_word_of_a_formula_has_the_letter_that_the_quantity_takes_the_place_of(form) -> None:
+    assert not re.search(r"[A-Za-z]x|x[A-Za-z]", form.formula)
+
+
 def test_its_yaml_names_the_class(record, tmp_path) -> None:
     path = write_stub(record, tmp_path)
     assert yaml.safe_load((tmp_path / "conf/effects/unexplained.yaml").read_text()) == {"unexplained": {"_target_": "unexplained.Unexplained"}}

@@ -11,8 +11,8 @@ from torch import Tensor
 from zoo.diagnosis.curve import fitted
 from zoo.diagnosis.form_search import FormBench, Tried, best_form
 from zoo.diagnosis.form_words import sentence, shape_of
-from zoo.diagnosis.forms import POLYNOMIALS, wave
-from zoo.diagnosis.free_functions import SIGNIFICANT, TOGETHER, FreeFunction, functions_of, weigh
+from zoo.diagnosis.forms import POLYNOMIALS, SHARP, wave
+from zoo.diagnosis.free_functions import SIGNIFICANT, TOGETHER, FreeFunction, WithForm, functions_of, weigh
 from zoo.diagnosis.quantities import CLOCK, RATE, SIZE
 from zoo.diagnosis.regions import runs_rms
 from zoo.diagnosis.restless import restless
@@ -122,7 +122,7 @@ def _together(frees: list[FreeFunction]) -> Tensor | None:
 def _entry(bench: Workbench, solved: Solved, base: Solved, free: FreeFunction, best: Tried | None = None, complete: bool = False) -> dict[str, Any]:
     """One dependence; the form that stands for it where there is one, and whether no run has more to say."""
     unit = bench.runs[0].unit
-    drawn = fitted(bench, solved, free)
+    drawn = fitted(bench, solved, free if best is None or best.form not in SHARP else _sharpened(free, best))
     curves = drawn.curves()
     shares = drawn.explained([run.blocks for run in bench.runs])
     share, evidence = weigh(bench, solved, free.columns)
@@ -140,6 +140,13 @@ def _entry(bench: Workbench, solved: Solved, base: Solved, free: FreeFunction, b
         "curves": curves,
         "as_good": [],
     }
+
+
+def _sharpened(free: FreeFunction, best: Tried) -> FreeFunction:
+    """The free function with the form beside it."""
+    name = best.effect.name
+    columns = torch.cat([free.columns, best.solved.plain_columns[:, best.solved.places()[name]]], dim=1)
+    return WithForm(free.words, free.axis, None, columns, best.effect, best.solved.shape_of(name))
 
 
 def _depends_on(free: FreeFunction, best: Tried, unit: str) -> str:

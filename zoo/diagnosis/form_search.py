@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass, replace
 
-from zoo.diagnosis.forms import BENT, EVEN, EVEN_BY_TEMPERATURE, ODD, POLYNOMIALS, REMEMBERED, STEPPED, Form, forms_of
+from zoo.diagnosis.forms import EVEN, EVEN_BY_TEMPERATURE, ODD, POLYNOMIALS, REMEMBERED, SHARP, Form, forms_of
 from zoo.diagnosis.free_functions import Axis, FreeFunction, functions_of, weigh
 from zoo.diagnosis.parameters import fitted_parameters
 from zoo.diagnosis.quantities import CLOCK, RATE, TEMPERATURE, Quantity
@@ -27,7 +27,7 @@ SIMPLER, SIMPLER_SHARE = 5.0, 0.02
 """Log Bayes factor that a form may fall short of the best by and still be preferred for its simplicity; share of the best's, where that is more: what
 is large beside the noise is followed best by what bends to the coil's errors as well."""
 
-LIKELY_FORMS = ((RATE, EVEN), (RATE, ODD), (RATE, EVEN_BY_TEMPERATURE), (RATE, REMEMBERED), (TEMPERATURE, BENT), (TEMPERATURE, STEPPED))
+LIKELY_FORMS = ((RATE, EVEN), (RATE, ODD), (RATE, EVEN_BY_TEMPERATURE), (RATE, REMEMBERED), *((TEMPERATURE, form) for form in SHARP))
 """Refitted in any case: what goes with a power of the rate that nothing in the catalogue has bends the coil most; and no polynomial shows a bend or a
 step."""
 

@@ -141,8 +141,10 @@ ODD = Form(odd_power, "A·sgn(x)·|x|^p", (EXPONENT,))
 EVEN_BY_TEMPERATURE = Form(even_power_by_temperature, "(A + B·θ)·|x|^p,  θ = (T − 20 °C)/50 K", (EXPONENT,), BY_TEMPERATURE)
 ODD_BY_TEMPERATURE = Form(odd_power_by_temperature, "(A + B·θ)·sgn(x)·|x|^p,  θ = (T − 20 °C)/50 K", (EXPONENT,), BY_TEMPERATURE)
 REMEMBERED = Form(remembered_power, "A·lag_τ(|x|^p)", (EXPONENT, MEMORY))
-BENT = Form(bent, "A·w·ln(1 + exp((x − c)/w))", (PLACE_C, WIDTH_K), (("slope", "unit/x"),))
-STEPPED = Form(stepped, "A/(1 + exp(−(x − c)/w))", (PLACE_C, WIDTH_K), (("step", "unit"),))
+BENT = Form(bent, "A·w·ln(1 + e^((x − c)/w))", (PLACE_C, WIDTH_K), (("slope", "unit/x"),))
+STEPPED = Form(stepped, "A/(1 + e^(−(x − c)/w))", (PLACE_C, WIDTH_K), (("step", "unit"),))
+SHARP = (BENT, STEPPED)
+"""Which no polynomial follows."""
 POLYNOMIALS = tuple(
     Form(polynomial, "Σ a_k·T_k(x), a Chebyshev series over the range of the runs", (), tuple((f"a{k}", "unit") for k in range(1, order + 1)))
     for order in ORDERS

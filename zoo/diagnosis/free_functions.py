@@ -12,6 +12,7 @@ from zoo.diagnosis.noise_likelihood import gain, held_cost, with_rows
 from zoo.diagnosis.quantities import FLAT, RATE, TEMPERATURE, Quantity, quantities
 from zoo.diagnosis.solved import Freed, Solved
 from zoo.diagnosis.workbench import Workbench
+from zoo.effects.base import Effect, History
 from zoo.fitting.projection import project
 from zoo.fitting.variable_projection import Fit
 from zoo.side_by_side import side_by_side
@@ -72,6 +73,24 @@ class FreeFunction:
     def at(self, values: Tensor, temperatures: Tensor | None = None) -> Tensor:
         """(M, K) the columns at single values (M,), for the function of two at temperatures (M,) [°C]."""
         return _columns(self.axis, self.beside, values, temperatures)
+
+
+@dataclass(frozen=True, eq=False)
+class WithForm(FreeFunction):
+    """A free function of one quantity, and beside it a form of that which no polynomial follows.
+
+    Attributes:
+        form: the form as an effect.
+        shape: (S,) as it was fitted, physical.
+    """
+
+    form: Effect
+    shape: Tensor
+
+    def at(self, values: Tensor, temperatures: Tensor | None = None) -> Tensor:
+        """(M, K) the columns at single values (M,) of the quantity."""
+        history = History(values, values, values, values, values, values, {}, 1)  # whichever of them the form looks at
+        return torch.cat([super().at(values, temperatures), self.form.columns(history, self.shape)], dim=1)
 
 
 def free_functions(bench: Workbench, solved: Solved) -> dict[str, Tensor]:

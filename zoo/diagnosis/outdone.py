@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 
 from zoo.diagnosis.form_search import FormBench
-from zoo.diagnosis.forms import BENT, STEPPED, WAVE
+from zoo.diagnosis.forms import SHARP, WAVE
 from zoo.diagnosis.free_functions import SIGNIFICANT, freed_of
 from zoo.diagnosis.quantities import CLOCK, TEMPERATURE, by_the_clock, inputs_of
 from zoo.diagnosis.solved import Solved
@@ -21,8 +21,8 @@ CONTESTED, LEAST = 0.6, 20.0
 explains less than fitted together with all else, as the named effects were. With less evidence noise may stand for either."""
 FORMS = 2
 """How many of its likeliest forms are."""
-SHARP = "a bend or a step"
-"""What the evidence of these forms is remembered by."""
+AT_A_GLANCE = "a bend or a step"
+"""What the evidence of the sharp forms is remembered by."""
 
 
 def outdone(bench: Workbench, final: Solved, base: Solved) -> float:
@@ -61,11 +61,11 @@ def outdone(bench: Workbench, final: Solved, base: Solved) -> float:
 
 def _sharp(bench: Workbench, base: Solved) -> float:
     """Evidence of a bend or a step at a temperature, which no polynomial follows, at a glance beside a model; reckoned once."""
-    if SHARP not in base.formed:
+    if AT_A_GLANCE not in base.formed:
         forms = FormBench(bench, base)
         axis = next(free.axis for free in forms.frees if free.words == TEMPERATURE.words)
-        base.formed[SHARP] = max(one.evidence for one in forms.glances([(axis, BENT), (axis, STEPPED)]))
-    return base.formed[SHARP]
+        base.formed[AT_A_GLANCE] = max(one.evidence for one in forms.glances([(axis, form) for form in SHARP]))
+    return base.formed[AT_A_GLANCE]
 
 
 def _in_their_forms(bench: Workbench, base: Solved, contested: list[str]) -> list[float]:
