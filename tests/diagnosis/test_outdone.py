@@ -66,7 +66,7 @@ def test_a_step_at_a_temperature_is_no_fringe(simulation, with_error_of, white, 
     assert abs(place["value"] - 22.0) < 3.0 * place["stderr"] < 3.0
     curve, step = found["unexplained"][0]["curves"][0], found["unexplained_form"]["parameters"]["step"]["value"]
     drawn = [y for x, y in zip(curve["x"], curve["y"], strict=True) if abs(x - 22.0) < 5.0 + 2.0 * width]
-    assert max(drawn) - min(drawn) > 0.5 * step, "as a step, of which a polynomial makes a third"
+    assert max(drawn) - min(drawn) > 0.5 * step, "as a step, of which a polynomial makes a fifth"
 
 
 @pytest.mark.parametrize("hidden", ["glass_transition", "viscoelastic", "rate_temperature_coupling"])
