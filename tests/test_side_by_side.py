@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import mmap
 import os
+import resource
 import select
 import signal
 import threading
@@ -20,6 +21,8 @@ from zoo.side_by_side import of_item, side_by_side
 from zoo.threads import threads_for
 
 HERE = os.getpid()
+MANY = 2000
+"""Files."""
 LONG_S = 60.0
 """Nothing here takes so long, whatever else the machine does."""
 pytestmark = [
@@ -190,14 +193,27 @@ class Stopping:
 
 
 def pieces() -> Iterator[bytes]:
-    """More than is held back before it is written, and then nothing for ever."""
+    """More than is held back before it is written, and then nothing for ever; pickle takes the second before it writes the first."""
+    yield bytes(10_000_000)
     yield bytes(10_000_000)
     time.sleep(1000.0)
 
 
+def test_what_a_copy_has_done_is_taken_though_nobody_waits_any_more(three) -> None:
+    copy = module.copy_of_this(lambda: bytes(5_000_000))
+    time.sleep(0.5)
+    assert copy.result(-1.0) == bytes(5_000_000)
+    copy.end()
+
+
 def test_however_many_files_are_open_copies_are_heard(three) -> None:
     """More than the 1024 that `select` can tell apart."""
+    soft, hard = resource.getrlimit(resource.RLIMIT_NOFILE)
+    if hard != resource.RLIM_INFINITY and hard < MANY:
+        pytest.skip("no more files are allowed")
     with ExitStack() as opened:
+        opened.callback(resource.setrlimit, resource.RLIMIT_NOFILE, (soft, hard))
+        resource.setrlimit(resource.RLIMIT_NOFILE, (max(soft, MANY), hard))
         for _ in range(1100):
             opened.enter_context(Path(os.devnull).open())
         assert side_by_side(lambda item: -item, range(6)) == [-item for item in range(6)]

@@ -57,7 +57,7 @@ def check_numbers(group: str, **values: object) -> None:
 
 
 def check_seed(key: str, value: object) -> None:
-    """Refuse what is no seed, or draws what another one draws.
+    """Refuse what is no seed.
 
     Raises:
         InputError: see `check_number`.

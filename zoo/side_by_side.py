@@ -34,6 +34,8 @@ COPIES = sys.platform == "linux"
 """Elsewhere the system's own libraries do not stand being copied while they run."""
 PATIENCE_S = 20.0
 """How much longer than all that was done here a copy may take for the last item that it took."""
+GRACE_S = 1.0
+"""How long the next part of a result is waited for at least, once it has begun to come."""
 PLACE = struct.Struct("I")
 PART = 1 << 20
 """Bytes of a result that are read at once, at most."""
@@ -189,7 +191,7 @@ class Copy:
         until, written = time.monotonic() + patience_s, bytearray()
         with selectors.DefaultSelector() as output:
             output.register(self.output, selectors.EVENT_READ)
-            while output.select(max(until - time.monotonic(), 0.0)):
+            while output.select(max(until - time.monotonic(), GRACE_S if written else 0.0)):
                 if not (part := os.read(self.output, PART)):
                     with suppress(Exception):
                         return pickle.loads(written)

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from zoo.cli.saved_models import load_saved, physical_values
+from zoo.cli.saved_models import load_saved, physical_values, tops
 from zoo.comparison.facts import fitted_runs, uncompensated_rms
 from zoo.errors import InputError
 
@@ -26,3 +26,10 @@ def test_a_damaged_result_is_told_with_its_file(tmp_path: Path) -> None:
     (tmp_path / "metrics.json").write_text('{"seed": 1, "run', encoding="utf-8")
     with pytest.raises(InputError, match=r"metrics\.json: damaged"):
         load_saved(tmp_path)
+
+
+def test_a_folder_is_the_one_of_its_name_though_that_may_be_read_as_a_pattern(tmp_path) -> None:
+    for name in ("m1", "m[1]"):
+        (tmp_path / name).mkdir()
+    assert tops(str(tmp_path / "m[1]")) == [tmp_path / "m[1]"]
+    assert tops(str(tmp_path / "m[0-9]")) == [tmp_path / "m1"]

@@ -46,9 +46,10 @@ def both(simulation, catalogue, base) -> Callable[..., Diagnosis]:
     return of
 
 
-def test_two_effects_that_help_only_together_are_both_named(both) -> None:
+@pytest.mark.parametrize(("noises", "seed"), [((1.0, 2.0), 4), ((1.0, 1.8), 4)])
+def test_two_effects_that_help_only_together_are_both_named(both, noises, seed) -> None:
     """Either alone leaves more than noise and predicts pieces of the runs that were not fitted no better."""
-    found = both("warm_up", 1.0, "aging", 1.8, 4)
+    found = both("warm_up", noises[0], "aging", noises[1], seed)
     assert found.verdict == "missing"
     assert set(found.search.missing) == {"warm_up", "aging"}
     assert found.search.steps[0].chosen is None, "no single effect convinced"

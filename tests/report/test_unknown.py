@@ -96,6 +96,7 @@ def test_the_class_that_is_written_is_the_form_that_was_tried(diagnosis, tmp_pat
     shape = torch.tensor([one.default for one in tried.shape], dtype=torch.float64)
     assert torch.equal(effect.columns(history(), shape), tried.columns(history(), shape))
     assert (effect.place, effect.needs, effect.formula) == (tried.place, tried.needs, tried.formula)
+    assert [one.grid for one in effect.shape] == [one.grid for one in tried.shape], "or a search looks elsewhere"
     assert effect.source == "found by fogzoo diagnose in run_1 and run_2"
 
 

@@ -41,7 +41,8 @@ def _files(key: str, given: Any) -> list[Path]:
     found = []
     for one in given if isinstance(given, list) else [] if given is None else [given]:
         path = Path(str(one)).expanduser()
-        matches = sorted(path.iterdir()) if path.is_dir() else sorted(Path(name) for name in glob.glob(str(path), recursive=True))  # noqa: PTH207 (Path.glob takes no absolute pattern)
+        named = [str(path)] if path.exists() else glob.glob(str(path), recursive=True)  # noqa: PTH207 (Path.glob takes no absolute pattern)
+        matches = sorted(path.iterdir()) if path.is_dir() else sorted(map(Path, named))
         files = [match for match in matches if match.is_file() and match.name.lower().endswith(SUFFIXES)]
         if not files:
             raise InputError(f"{key}: {one}: no {', '.join(SUFFIXES)} there; give files with time_s and predicted_error_<unit>, one a run")

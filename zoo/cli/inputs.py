@@ -101,7 +101,7 @@ def _put_into(place: Path, data: DictConfig) -> None:
     """
     for key in ("files", "check_files"):
         given = plain(data[key]) or []
-        inside = {name: f"{glob.escape(str(place))}/{name}" for name in ([given] if isinstance(given, str) else given)}
+        inside = {name: str(Path(glob.escape(str(place))) / name) for name in ([given] if isinstance(given, str) else given)}
         absent = next((name for name, path in inside.items() if not glob.glob(path)), None)  # noqa: PTH207 (Path.glob takes no absolute pattern)
         if absent is not None:
             raise InputError(f"data.{key}: {absent}: is none of the simulated runs that were chosen; data=files is for your own")

@@ -128,9 +128,10 @@ def model_folders(pattern: str, key: str, files: tuple[str, ...]) -> list[Path]:
 
 def tops(pattern: str) -> list[Path]:
     """The folders that a pattern names, or that hold the files that it names."""
-    pattern = str(Path(pattern).expanduser())
-    matches = sorted((Path(path) for path in glob.glob(pattern, recursive=True)), key=_natural)  # noqa: PTH207 (Path.glob takes no absolute pattern)
-    return list(dict.fromkeys(path.parent if path.is_file() else path for path in matches or [Path(pattern)]))
+    asked = Path(pattern).expanduser()
+    named = [] if asked.exists() else glob.glob(str(asked), recursive=True)  # noqa: PTH207 (Path.glob takes no absolute pattern)
+    matches = sorted(map(Path, named), key=_natural) or [asked]
+    return list(dict.fromkeys(path.parent if path.is_file() else path for path in matches))
 
 
 def _below(top: Path, files: tuple[str, ...]) -> list[Path]:

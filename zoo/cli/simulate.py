@@ -16,6 +16,7 @@ from zoo.catalog import create, names
 from zoo.cli.command_line import plain, searchpath
 from zoo.cli.effects import catalogue, chosen
 from zoo.errors import InputError, nearest
+from zoo.given import LARGEST_SEED
 from zoo.models.prediction import usable_device
 from zoo.simulator.accelerometer.fleet import accelerometer_fleet
 from zoo.simulator.accelerometer.preset import Accelerometer
@@ -46,6 +47,8 @@ def run(config: DictConfig, out: Path) -> Path:
     devices = config.devices
     if isinstance(devices, bool) or not isinstance(devices, int) or not 1 <= devices <= MANY_DEVICES:
         raise InputError(f"devices={devices}: a whole number from 1 to {MANY_DEVICES} is possible")
+    if isinstance(config.seed, int) and config.seed + devices - 1 > LARGEST_SEED:
+        raise InputError(f"seed={config.seed}: the last of {devices} devices would have one above {LARGEST_SEED}")
     usable_device(config.torch_device)
     drawn = _wants_pictures(config)
     # Two threads gain nothing with some dozens of gyros at once, and lose much on a busy machine.

@@ -27,7 +27,7 @@ from zoo.diagnosis.strangers import strangers
 from zoo.diagnosis.structure import Structure, examine
 from zoo.diagnosis.trials import Step, Trial
 from zoo.diagnosis.workbench import Workbench
-from zoo.effects.base import RUN, Effect
+from zoo.effects.base import RUN, Effect, Parameter
 from zoo.errors import InputError, nearest
 from zoo.fitting.noise import floors_of, noise_of
 from zoo.measurements.run import Run
@@ -199,9 +199,13 @@ def _unequal(floors: dict[str, float]) -> list[str]:
     return [f"the runs are not equally noisy: {loud} has {floors[loud] / floors[quiet]:.1f} times the noise of {quiet}, each is judged by its own"]
 
 
+def _counts_runs(one: Parameter) -> bool:
+    return (one.name, one.scale) == (RUN, "index")
+
+
 def _numbered(runs: int, effects: dict[str, Effect]) -> list[str]:
     """A note where there are more runs than an effect can tell by their numbers."""
-    most = {name: int(one.high) for name, effect in effects.items() for one in effect.shape if one.name == RUN and one.high < runs}
+    most = {name: int(one.high) for name, effect in effects.items() for one in effect.shape if _counts_runs(one) and one.high < runs}
     if not most:
         return []
     return [f"of {runs} runs only the first {min(most.values())} are searched for one that differs from the others ({', '.join(most)})"]

@@ -18,6 +18,8 @@ NEAR_POWER = 0.1
 """An exponent so near to a named power, or within two standard errors of it, is called by its name."""
 LIKE_FRICTION = 0.3
 """Rate [K/min] up to which what hardly grows any more is nearly one of two values."""
+RISE = 4.0
+"""Widths in which a step has gone from 12 to 88 % of its height."""
 SETTLED = 0.05
 """Share of a curve's range that it may go back by and still be called rising or falling."""
 
@@ -145,9 +147,10 @@ def _bent(tried: Tried, values: Found) -> str:
 
 
 def _stepped(tried: Tried, values: Found) -> str:
-    step, width = values["step"], f"{number(values['width']['value'], 2)} {tried.quantity.unit.replace('°C', 'K')}"
+    step, width = values["step"], f"{number(RISE * values['width']['value'], 2)} {tried.quantity.unit.replace('°C', 'K')}"
+    less = "less than " if values["width"].get("at_bound") == "low" else ""
     way, size = "up" if step["value"] > 0 else "down", f"{number(abs(step['value']))} {symbol(step['unit'])}"
-    return f"It steps {way} by {size} at {_at(values['place'], tried)}, going over within some {width}."
+    return f"It steps {way} by {size} at {_at(values['place'], tried)}, most of it within {less}{width}."
 
 
 def _at(place: Found, tried: Tried) -> str:

@@ -139,8 +139,6 @@ def _record(
     floor = bench.reached_floor(final) if structure.is_noise else bench.mixtures.white
     noise = final.likely.noise if structure.is_noise else None
     floor_check = of_all(check_runs, [floor_of(run, noise) for run in check_runs]) if check_runs else None
-    if floor_check is not None and structure.is_noise:
-        floor_check *= floor / bench.noise_floor(final)  # as much less as in the fitted runs
     read = _of_readings(bench, solutions, check_runs)
     borne_out = floor_check is None or (ladder[-1]["rms_check"] or 0.0) <= CHECK_ALLOWED * hypot(floor_check, read["check"] or 0.0)
     return {

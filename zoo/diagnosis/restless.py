@@ -10,7 +10,7 @@ from torch import Tensor
 from zoo.diagnosis.form_words import number
 from zoo.diagnosis.moments import moments, rarity
 from zoo.diagnosis.solved import Solved
-from zoo.diagnosis.swings import steady_period_s, swings
+from zoo.diagnosis.swings import recurrence, swings
 from zoo.diagnosis.switching import switching
 from zoo.diagnosis.workbench import Workbench
 from zoo.measurements.run import Run
@@ -34,8 +34,9 @@ def restless(bench: Workbench, solved: Solved) -> str:
     found = moments(bench, solved)
     if found and rarity(bench, solved) > 1.0:
         return f"It happens at few moments: {_told(found)}{_in_common(bench, found)}."
-    if band.matters and (period := steady_period_s(bench, solved)):
-        return f"It recurs every {_minutes(period)}, in each run with a phase of its own."
+    if band.matters and (line := recurrence(bench, solved)):
+        phase = "" if line.runs == 1 else ", with the same phase in all runs" if line.alike else ", in each run with a phase of its own"
+        return f"It recurs every {_minutes(line.period_s)}{phase}."
     if band.matters:
         return f"It swings, with no period that stays: every {' to '.join(_minutes(period) for period in band.periods_s)}."
     blocks = correlation_time(parts)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import torch
 from torch import Tensor
@@ -18,9 +19,9 @@ BAND = 6.0
 with nothing hidden it reached 1.8."""
 BAND_BESIDE = 8.0
 """The same beside added effects, whose simplified forms leave what swings."""
-STEADY, CYCLES, FINER = 0.5, 3, 8
+STEADY, CYCLES, FINER, TOGETHER = 0.5, 3, 8, 0.9
 """Part of what is left beyond the white noise that one frequency has to have for a period; cycles that the longest run has to show of it; how many
-frequencies are tried in a resolution."""
+frequencies are tried in a resolution; part of its power that has one phase in all runs where it has the same."""
 SKIRT = 4
 """Resolutions to either side of a line that belong to it: a phase that wanders spreads it."""
 
@@ -43,6 +44,20 @@ class Swings:
     def matters(self) -> bool:
         """Whether chance does not do that."""
         return self.evidence > BAND
+
+
+class Recurrence(NamedTuple):
+    """A line in the spectra of what a model leaves.
+
+    Attributes:
+        period_s: its period [s].
+        runs: how many were looked at.
+        alike: whether it has the same phase in all of them, from their first blocks on.
+    """
+
+    period_s: float
+    runs: int
+    alike: bool
 
 
 def periodograms(bench: Workbench, solved: Solved, lines: tuple[float, ...] = ()) -> list[tuple[Tensor, Tensor]]:
@@ -97,12 +112,21 @@ def swings(bench: Workbench, solved: Solved, lines: tuple[float, ...] = ()) -> S
     return Swings(found.evidence - math.log(max(tried, 1)), found.share, found.periods_s)
 
 
-def steady_period_s(bench: Workbench, solved: Solved) -> float | None:
-    """Period of a line that accounts for what a model leaves, with a phase and a height of its own in each run; None where there is none [s]."""
+def recurrence(bench: Workbench, solved: Solved) -> Recurrence | None:
+    """The line that accounts for what a model leaves beyond white noise, with a height of its own in each run; None where none does.
+
+    Blocks are taken as evenly spaced.
+    """
     parts = solved.residual.split([run.blocks for run in bench.runs])
     longest = max(map(len, parts))
-    power = torch.stack([torch.fft.rfft(part, FINER * longest).abs().square() * (2.0 / len(part)) for part in parts]).sum(dim=0)
+    white = float(torch.cat([torch.fft.rfft(part)[1:-1].abs().square() / len(part) for part in parts]).median()) / math.log(2.0)
+    lines = torch.stack([torch.fft.rfft(part, FINER * longest) * math.sqrt(2.0 / len(part)) for part in parts])
+    power = lines.abs().square().sum(dim=0)
     power[: CYCLES * FINER] = 0.0
     place = int(power.argmax())
-    beyond = float(solved.residual.square().sum()) - len(solved.residual) * bench.mixtures.white**2
-    return FINER * longest * bench.runs[0].average_s / place if float(power[place]) > STEADY * beyond > 0.0 else None
+    beyond = float(solved.residual.square().sum()) - len(solved.residual) * white
+    if not float(power[place]) > STEADY * beyond > 0.0:
+        return None
+    shares = torch.tensor([len(part) / len(solved.residual) for part in parts]).sqrt().to(lines)
+    together = float((shares * lines[:, place]).sum().abs().square() / power[place])
+    return Recurrence(FINER * longest * bench.runs[0].average_s / place, len(parts), together > TOGETHER)

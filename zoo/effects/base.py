@@ -313,7 +313,7 @@ def spread(columns: Tensor, shape: Tensor) -> Tensor:
 
 def grid_values(parameter: Parameter, runs: int) -> Tensor:
     """(G,) values of one parameter, spread by its scale and off the bounds; of a share or an option the default, of an index up to the number of
-    runs, but within the bounds."""
+    runs and to the upper bound."""
     if _ends(parameter):
         return torch.tensor([parameter.default], dtype=torch.float64)
     if parameter.scale == "index":

@@ -45,7 +45,7 @@ class BiasStep(Effect):
         onset = self.shape[0]
         onsets = onset.low + (torch.arange(ONSETS, dtype=torch.float64) + 0.5) / ONSETS * (min(span_s / 3600.0, onset.high) - onset.low)
         which = grid_values(self.shape[1], runs)
-        return torch.cartesian_prod(onsets, torch.cat([which, -which[1:-1]]))
+        return torch.cartesian_prod(onsets, torch.cat([which, -which[1 : min(runs, len(which))]]))
 
     def shapes_near(self, shape: Tensor, span_s: float) -> Tensor:
         """Onsets from the one tried before to the one tried after, see `Effect.shapes_near`."""

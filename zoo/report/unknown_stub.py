@@ -14,6 +14,7 @@ from typing import Any
 
 from zoo.artifacts import write_text
 from zoo.diagnosis import forms, quantities
+from zoo.effects.base import Parameter
 from zoo.given import in_quotes
 from zoo.report.verdict import Record
 from zoo.report.wording import joined, significant
@@ -165,7 +166,7 @@ def _parameters(kind: str, declared: list[dict[str, Any]]) -> list[str]:
 def _parameter(one: dict[str, Any]) -> str:
     scale = [] if one["scale"] == "linear" else [_quoted(one["scale"])]
     more = [f"{key}={_quoted(one[key])}" for key in ("source", "meaning") if one[key]]
-    grid = [f"grid={one['grid']}"] if one["scale"] != "linear" else []
+    grid = [f"grid={one['grid']}"] if one["grid"] != Parameter.grid else []
     first = [_quoted(one["name"]), repr(one["default"]), _quoted(one["unit"]), repr(one["low"]), repr(one["high"])]
     return f"Parameter({', '.join([*first, *scale, *more, *grid])})"
 
