@@ -110,7 +110,7 @@ def test_a_checkpoint_that_does_not_fit_is_refused(make_run, tmp_path) -> None:
     ("settings", "words"),
     [
         ({"goal": 1e-3, "batch_size": 5}, "goal=0.001 is of the loss over all blocks"),
-        ({"seed": 2**70}, "seed=.*a whole number from 0 to 9"),
+        ({"seed": 2**70}, "seed=.*a whole number from 0 to 4294967295"),
         ({"epochs": 2.5}, r"epochs=2\.5: a whole number from 1 up"),
         ({"optimizer": LeastSquares(), "batch_size": 5}, "batch_size: LeastSquares solves in one go"),
         ({"optimizer": LeastSquares(), "resume": Path("last.ckpt")}, "resume: LeastSquares solves in one go"),
