@@ -163,7 +163,8 @@ def test_the_class_that_is_written_makes_the_model_complete(described, all_with_
 def test_what_helps_may_hide_what_nothing_explains(all_with_planted, catalogue, white, tmp_path) -> None:
     """A fringe in the temperature five times as large: beside it, what the model leaves goes with nothing; with it added, with the rate."""
     runs = [replace(run, error=run.error + 50 * white * torch.cos(2 * torch.pi * run.temperature / 17)) for run in all_with_planted("square")[:-1]]
-    found = diagnose(runs, list(BASE), {name: catalogue[name] for name in (*BASE, "polarization")})
+    few = {name: catalogue[name] for name in (*BASE, "polarization", "hysteresis", "moisture")}
+    found = diagnose(runs, list(BASE), few)
     record = found.record
     assert (record["verdict"], record["missing"][0]) == ("unknown", "polarization")
     assert record["unexplained_form"]["effects"] == [*BASE, "polarization"]

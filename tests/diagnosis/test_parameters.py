@@ -19,7 +19,7 @@ from zoo.fitting.variable_projection import fit
 from zoo.report.limits import beyond_plausible
 from zoo.scoring.noise import NoiseModel
 
-DRAWS, FEWER_DRAWS = 30, 15
+DRAWS = 30
 
 
 def noisy(solved: Solved, noise: NoiseModel, theta: Tensor, chance: Generator) -> Solved:
@@ -93,7 +93,7 @@ def test_error_bars_hold_both_laws_of_an_ageing_that_looks_like_either(diagnosis
     bends = torch.tensor([bend, -0.5, -0.1, 0.3], dtype=torch.float64)
     ages = torch.stack([bends, torch.zeros_like(bends)], dim=1)
     truth, *starts = torch.cat([final.fit.theta[:-2].expand(4, -1), to_unit(ages, shape)], dim=1)
-    for _ in range(FEWER_DRAWS):
+    for _ in range(DRAWS):
         drawn = noisy(final, found.bench.noise, truth, chance)
         design = drawn.design
         fits = [drawn.fit, *(fit(design.plain_columns, design.target, start, weigh=design.whitener) for start in starts)]

@@ -142,7 +142,7 @@ def test_a_line_in_time_is_named_and_without_a_name_unknown(runs, white, catalog
     assert recurs == [pytest.approx(period_s, rel=0.06)], "a bin of the periodogram wide"
 
 
-@pytest.mark.parametrize("seed", [1, 4])
+@pytest.mark.parametrize("seed", [1, 3, 4])
 def test_two_hidden_effects_are_both_named(simulation, catalogue, base, white, seed) -> None:
     """Each alone looks like flicker while the other is there, and the coil is bent to make up for both."""
     first, second = (simulation(name, seed) for name in ("polarization", "aging"))

@@ -128,8 +128,7 @@ def test_amplitudes_of_which_one_is_out_of_bounds_are_left_to_the_simulator(name
     one = proposal(effect, fitted(effect) | {effect.amplitudes[-1].name: BEYOND})
     assert not set(values(one)) & {other.name for other in effect.amplitudes}
     assert {other.name for other in effect.shape if other.scale != "index"} == set(values(one)) or name == "shupe"
-    if name in {"shupe", "warm_up", "hysteresis", "moisture"}:  # of no shape that is set, of one, of several, with an option
-        accepted(one, tmp_path)
+    accepted(one, tmp_path)
 
 
 def test_a_shape_out_of_the_simulators_bounds_is_left_out() -> None:
