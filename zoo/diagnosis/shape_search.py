@@ -109,6 +109,11 @@ def says_what_is_near(effect: Effect) -> bool:
     return type(effect).shapes_near is not Effect.shapes_near
 
 
+def has_options(effect: Effect) -> bool:
+    """Whether one of its shapes is an option, 0 or 1, that nearly all gyros have alike."""
+    return any(one.usual and (one.low, one.high) == (0.0, 1.0) for one in effect.shape)
+
+
 def alike(effect: Effect, shapes: Tensor, shape: Tensor, span_s: float) -> Tensor:
     """(G,) bool: which of some shapes (G, S) are near another (S,), as the effect has it, or else on its grid."""
     if says_what_is_near(effect):

@@ -12,7 +12,7 @@ from torch import Tensor
 
 from zoo.diagnosis.noise_likelihood import START, NoiseMixtures, Place, gain
 from zoo.diagnosis.preparation import reference_varies, without_outliers
-from zoo.diagnosis.shape_search import Beside, apart, says_what_is_near, unusual
+from zoo.diagnosis.shape_search import Beside, apart, has_options, says_what_is_near, unusual
 from zoo.diagnosis.solved import Solved
 from zoo.effects.base import Effect
 from zoo.effects.bounds import to_physical, to_unit
@@ -274,12 +274,17 @@ class Workbench:
         return Solved(solved.names, solved.model, solved.design, found, self.mixtures, solved.likely.place)
 
     def without(self, full: Solved, name: str) -> Solved:
-        """Refit with one effect less, started from the full model's parameters; a solution that is known already stays where that start is worse."""
+        """Refit with one effect less, started from the full model's parameters; a solution that is known already stays where that start is worse.
+
+        What the one had made up for, another may do with an option that it did not need beside it.
+        """
         names, start = tuple(other for other in full.names if other != name), theta_without(full, name)
         known = self.known(names)
         if known is not None and known.names == names and float(known.design.cost(start.unsqueeze(0))) >= known.fit.total:
             return known
-        return self.solve(names, [start], full.likely.place)
+        less = self.solve(names, [start], full.likely.place)
+        others = [one for other in names if has_options(self.effects[other]) for one in self._reshaped(less, other, anywhere=False)]
+        return self.solve(names, others, full.likely.place) if others else less
 
     @cached_property
     def effective_samples(self) -> float:

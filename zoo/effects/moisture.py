@@ -11,14 +11,17 @@ from zoo.physics.relaxation import arrhenius, elapsed
 from zoo.units import SECONDS_PER_HOUR
 
 JOULES_PER_KILOJOULE = 1000.0
+MODES = 4
+"""Of the whole of Fick's diffusion; the fifth would be 81 times as fast as the slowest, over within minutes."""
 
 
 class Moisture(Continuing):
-    """Error (a + f·τ20/τ(T))·e^(−u), u = ∫dt/τ(T): the water that is too much strains the winding, and its flux does as a rate of strain does.
+    """Error (a + f·τ20/τ(T))·w(u), u = ∫dt/τ(T): the water that is too much strains the winding, and its flux does as a rate of strain does.
 
-    Slowest mode of Fick's diffusion into surroundings that do not change; each run starts as far from them as the others, or where the one before
-    has left it (`zoo.effects.earlier`). Diffusion is thermally activated, τ(T) = τ20·exp(E/R·(1/T − 1/T20)), so that a first heating dries the coil
-    and the second finds it dry.
+    Fick's diffusion into surroundings that do not change: its slowest mode, w = e^(−u), or all those of a plate, w = Σ e^(−n²u) over odd n, as its
+    gradient at the surface is, steep at first. Each run starts as far from them as the others, or where the one before has left it
+    (`zoo.effects.earlier`). Diffusion is thermally activated, τ(T) = τ20·exp(E/R·(1/T − 1/T20)), so that a first heating dries the coil and the
+    second finds it dry.
     """
 
     name = "moisture"
@@ -27,12 +30,13 @@ class Moisture(Continuing):
         Parameter("time", 15.0, "h", 3.0, 50.0, "log", source="prior: 3–50 h", meaning="τ20 at 20 °C", grid=6),
         Parameter("energy", 45.0, "kJ/mol", 20.0, 90.0, source="prior: 30–60 kJ/mol, water in epoxies and acrylates", meaning="E", grid=4),
         GOES_ON,
+        Parameter("modes", 0.0, "1", 0.0, 1.0, "index", "an option", "1: all modes of diffusion, 0: the slowest", usual=True),
     )
     amplitudes = (
         Parameter("strain", 0.0, "unit", -10.0, 10.0, source="prior: up to 0.1 medium, 0.3 tactical", meaning="a, at the start"),
         Parameter("flux", 0.0, "unit", -10.0, 10.0, source="prior: up to 0.1 medium, 0.3 tactical", meaning="f, at the start and 20 °C"),
     )
-    formula = "(a + f·τ20/τ(T))·e^(−u),  u = ∫dt/τ(T),  τ(T) = τ20·exp(E/R·(1/T − 1/T20))"
+    formula = "(a + f·τ20/τ(T))·w(u),  w = e^(−u) or Σ e^(−n²u) over odd n,  u = ∫dt/τ(T),  τ(T) = τ20·exp(E/R·(1/T − 1/T20))"
     source = "Moisture-induced mechanical strain in gyroscope optical fiber coil (strain measured along the fibre); Fick, Arrhenius"
     signature = "decays over hours to days from the start of every run, or of the first, faster when hot; a second heating differs from the first"
     confused_with = ("aging", "warm_up", "viscoelastic")
@@ -40,7 +44,7 @@ class Moisture(Continuing):
     def shapes_to_try(self, span_s: float, runs: int) -> Tensor:
         """Each anew in every run and going on, see `Effect.shapes_to_try`."""
         del span_s
-        return torch.cartesian_prod(*(grid_values(one, runs) for one in self.shape[:2]), anew_or_on(runs))
+        return torch.cartesian_prod(*(grid_values(one, runs) for one in self.shape[:2]), anew_or_on(runs), torch.zeros(1, dtype=torch.float64))
 
     def columns(self, history: History, shape: Tensor) -> Tensor:
         """Water left, and its flux over that at 20 °C, both of those at the start, see `Effect.columns`."""
@@ -48,5 +52,25 @@ class Moisture(Continuing):
         faster = arrhenius(history.temperature, energy)
         dwell = self.earlier.dwelt(torch.zeros_like(tau_s) + history.run).squeeze(-2)
         before = (dwell * arrhenius(beside(energy, self.earlier.celsius), energy)).sum(-1, keepdim=True)
-        left = torch.exp(-(elapsed(history.time, faster) + goes_on * before) / tau_s)
+        left = diffusing((elapsed(history.time, faster) + goes_on * before) / tau_s, shape[..., 3:4].round())
         return torch.stack([left, faster * left], dim=-1)
+
+
+def diffusing(age: Tensor, higher: Tensor) -> Tensor:
+    """Gradient at the surface of a plate out of which something diffuses, Σ e^(−n²u) over odd n, or its first term.
+
+    Crank 1975, The Mathematics of Diffusion, §4.3. As n² − 1 = 8·(1 + 2 + … + m) with n = 2m + 1, it is a nested product of powers of e^(−8u).
+
+    Args:
+        age: (..., T) u, in times of the slowest mode.
+        higher: (..., 1) 1 with all modes, 0 with the slowest alone.
+
+    Returns:
+        (..., T).
+    """
+    slowest = torch.exp(-age)
+    ratio = higher * slowest**8
+    terms = 1.0 + ratio ** (MODES - 1)
+    for m in range(MODES - 2, 0, -1):
+        terms = 1.0 + ratio**m * terms
+    return slowest * terms

@@ -5,17 +5,21 @@ from __future__ import annotations
 import torch
 from torch import Tensor
 
-from zoo.effects.base import RUN, Effect, History, Parameter, grid_values
+from zoo.effects.base import REFERENCE_C, RUN, Effect, History, Parameter, grid_values
+from zoo.physics.carry import at_start
 
 EARLIER = 10.0
 """How many times faster than the body the source, the cooler and the electronics heat up: 1 to 3 min against 10 to 40. Engineering prior."""
 
 
 class WarmUp(Effect):
-    """Error A·exp(−t/τ) + A₁·exp(−10·t/τ) with t since the run's first sample, taken as power-on, in every run, in one, or in all but one.
+    """Error (1 − κ·(T0 − 20 °C))·(A·exp(−t/τ) + A₁·exp(−10·t/τ)), in every run, in one, or in all but one.
+
+    The time t counts from the run's first sample, taken as power-on, and T0 is the temperature then.
 
     The body heats up within tens of minutes; the source, the cooler and the electronics within minutes. Their ratio is fixed, as sums of exponentials
-    hardly tell it. A gyro that was on before a run began is warm; one that was not fitted is taken to begin as most of those that were.
+    hardly tell it. What is kept at a temperature of its own has the farther to go the colder it begins. A gyro that was on before a run began is
+    warm; one that was not fitted is taken to begin as most of those that were.
     """
 
     name = "warm_up"
@@ -24,12 +28,13 @@ class WarmUp(Effect):
     shape = (
         Parameter("time", 1200.0, "s", 60.0, 5400.0, "log", source="prior: the body 10–40 min", meaning="e-folding time"),
         Parameter(RUN, 0.0, "1", -100.0, 100.0, "index", "an index", "the one that began cold, negative: the one that did not", usual=True),
+        Parameter("colder", 0.0, "1/K", -0.025, 0.025, source="engineering prior", meaning="κ, the larger from a colder start", within=0.006),
     )
     amplitudes = (
         Parameter("amplitude", 0.0, "unit", -10.0, 10.0, source="prior: 0.02–0.3 medium, 0.3–3 tactical", meaning="the body's at power-on"),
         Parameter("early", 0.0, "unit", -10.0, 10.0, source="prior: as large at most", meaning="A₁, the electronics' at power-on"),
     )
-    formula = "A·exp(−t/τ) + A₁·exp(−10·t/τ), in every run, one, or all but one"
+    formula = "(1 − κ·(T0 − 20 °C))·(A·exp(−t/τ) + A₁·exp(−10·t/τ)), in every run, one, or all but one"
     source = "Kuznetsov et al. 2012, DOI 10.15588/1607-3274-2012-2-26"
     signature = "decays from the start of every run, or of those that began cold, at any temperature"
     confused_with = ("aging", "moisture")
@@ -37,11 +42,12 @@ class WarmUp(Effect):
     def shapes_to_try(self, span_s: float, runs: int) -> Tensor:
         """In every run, in each alone, and in all but each, see `Effect.shapes_to_try`."""
         del span_s
-        which = grid_values(self.shape[1], runs)
-        return torch.cartesian_prod(grid_values(self.shape[0], runs), torch.cat([which, -which[1:]]) if runs > 2 else which)
+        which, alike = grid_values(self.shape[1], runs), torch.zeros(1, dtype=torch.float64)
+        return torch.cartesian_prod(grid_values(self.shape[0], runs), torch.cat([which, -which[1:]]) if runs > 2 else which, alike)
 
     def columns(self, history: History, shape: Tensor) -> Tensor:
-        """exp(−t/τ) and exp(−10·t/τ), see `Effect.columns`."""
+        """exp(−t/τ) and exp(−10·t/τ), each as large as the start makes it, see `Effect.columns`."""
         age, run = history.time / shape[..., 0:1], shape[..., 1:2].round()
         cold = torch.where(run > 0, run == history.run, run != -1.0 * history.run)
-        return torch.stack([cold * torch.exp(-age), cold * torch.exp(-EARLIER * age)], dim=-1)
+        size = cold * (1.0 - shape[..., 2:3] * (at_start(history.temperature).unsqueeze(-1) - REFERENCE_C))
+        return torch.stack([size * torch.exp(-age), size * torch.exp(-EARLIER * age)], dim=-1)
