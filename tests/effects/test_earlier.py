@@ -18,7 +18,9 @@ from zoo.simulator.simulate import simulate
 SHAPES = {"aging": ((-0.5,), (0.0,), (0.6,)), "moisture": ((5.0, 30.0), (20.0, 80.0)), "hysteresis": ((6.0, 20.0, 40.0),)}
 PROFILE = campaign([tour(20, [(60, 1.0, 3600), (20, 1.0, 3600)], 3600)], tour(20, [(0, 1.0, 3600)], 3600))
 ANEW, ON = {"hysteresis": 1.0}, {"hysteresis": -1.0}
-"""What the last shape is where every run starts anew and where it goes on, if not 0 and 1."""
+"""What the shape is, after those of `SHAPES`, where every run starts anew and where it goes on, if not 0 and 1."""
+THEN = {"moisture": (1.0,)}
+"""Shapes after that."""
 REMEMBERED = Before(torch.rand(4, BINS, dtype=torch.float64), torch.rand(4, 7, dtype=torch.float64))
 CUT = 300
 """Row at which one run of twelve hours is taken for two."""
@@ -32,7 +34,7 @@ def shape_of(*values: float) -> Tensor:
 def remembering(request):
     """An effect, and the shapes with which it starts anew and goes on."""
     name, shape = request.param
-    return build("effects", name), shape_of(*shape, ANEW.get(name, 0.0)), shape_of(*shape, ON.get(name, 1.0))
+    return build("effects", name), *(shape_of(*shape, one.get(name, other), *THEN.get(name, ())) for one, other in ((ANEW, 0.0), (ON, 1.0)))
 
 
 def later(history, run):
@@ -131,10 +133,10 @@ def test_any_play_is_where_the_whole_way_has_led_it(seed) -> None:
 
 @pytest.mark.parametrize("name", SHAPES)
 def test_one_run_has_nothing_to_go_on_from(name) -> None:
-    effect = build("effects", name)
-    assert set(effect.shapes_to_try(36000.0, 1)[:, -1].tolist()) == {0.0}
+    effect, place = build("effects", name), len(SHAPES[name][0])
+    assert set(effect.shapes_to_try(36000.0, 1)[:, place].tolist()) == {0.0}
     looked_at = effect.shapes_to_try(36000.0, 2)
-    assert set(torch.cat([looked_at, effect.shapes_near(looked_at[0], 36000.0)])[:, -1].tolist()) >= {0.0, ON.get(name, 1.0)}
+    assert set(torch.cat([looked_at, effect.shapes_near(looked_at[0], 36000.0)])[:, place].tolist()) >= {0.0, ON.get(name, 1.0)}
 
 
 @pytest.mark.parametrize("name", SHAPES)
@@ -142,7 +144,9 @@ def test_it_counts_where_the_run_is(name, seen) -> None:
     """On a device that holds no numbers, whatever the clock was told elsewhere."""
     effect, history = build("effects", name).after(REMEMBERED), seen(build("effects", name))
     away = {one: getattr(history, one).to("meta") for one in ("time", "temperature", "rate", "gradient", "thermometer", "reference")}
-    assert effect.columns(replace(history, **away), shape_of(*SHAPES[name][0], ON.get(name, 1.0)).to("meta")).device.type == "meta"
+    assert (
+        effect.columns(replace(history, **away), shape_of(*SHAPES[name][0], ON.get(name, 1.0), *THEN.get(name, ())).to("meta")).device.type == "meta"
+    )
 
 
 def test_a_simulated_gyro_goes_on_as_well() -> None:

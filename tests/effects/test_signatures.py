@@ -47,7 +47,7 @@ STANDS = {
     "sensor_lag": Stand("nothing", True, (-1,)),
     "rate_temperature_coupling": Stand("nothing", True, (1, -1)),
     "glass_transition": Stand("nothing", True, (0, -1), shape=(MIRROR_C, 8.0, 1.0)),
-    "viscoelastic": Stand("nothing", True, (-1, -1), shape=(2.0, 0.0, 0.0)),
+    "viscoelastic": Stand("nothing", True, (-1, -1), shape=(2.0, 0.0, 0.0, 0.0)),
     "hysteresis": Stand("constant", False, (-1,)),
     "polarization": Stand("constant", False, (1, -1, 1, -1, 1, -1)),
     "scale_factor": Stand("constant", False, (1, -1, 1), "value"),

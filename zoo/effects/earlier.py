@@ -49,9 +49,10 @@ class Earlier(nn.Module):
         """Time at each temperature before runs of these numbers (...,) -> (..., B) [s]; a run that was not fitted comes after all that were."""
         return _of_run(self.dwell, run)
 
-    def turned(self, run: Tensor) -> Tensor:
-        """(..., M) the turns before runs of these numbers (...,) [°C], see there."""
-        return _of_run(self.turns, run)
+    def turned(self, run: float | Tensor, like: Tensor) -> Tensor:
+        """The turns before a run (M,) [°C], or before several that come together (R, 1, M), see there; where another tensor is."""
+        turns = _of_run(self.turns, numbered(run, like))
+        return turns.squeeze(-2) if turns.dim() > 1 else turns
 
     def _load_from_state_dict(self, state_dict: dict[str, Any], prefix: str, *rest: Any) -> None:
         """Take as many runs as were saved."""

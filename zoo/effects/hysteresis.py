@@ -6,7 +6,7 @@ import torch
 from torch import Tensor
 
 from zoo.effects.base import History, Parameter
-from zoo.effects.earlier import ROOM_C, Continuing, numbered
+from zoo.effects.earlier import ROOM_C, Continuing
 from zoo.physics.recurrence import clamped
 
 WIDTHS = (0.5, 1.0, 2.0)
@@ -54,8 +54,7 @@ class Hysteresis(Continuing):
     def columns(self, history: History, shape: Tensor) -> Tensor:
         """The normalised operator in −1…1, see `Effect.columns`."""
         width, centre, spread = shape[..., 0:1], shape[..., 1:2], shape[..., 2:3]
-        past, turns = shape[..., 3:4], self.earlier.turned(numbered(history.run, width))
-        turns = turns.squeeze(-2) if turns.dim() > 1 else turns  # (R, 1, M) of several runs
+        past, turns = shape[..., 3:4], self.earlier.turned(history.run, width)
         plays = [torch.tanh((play(history.temperature, factor * width, past, turns) - centre) / spread) for factor in WIDTHS]
         return (sum(plays[1:], plays[0]) / len(WIDTHS)).unsqueeze(-1)
 

@@ -33,7 +33,7 @@ class Moisture(Continuing):
         Parameter("modes", 0.0, "1", 0.0, 1.0, "index", "an option", "1: all modes of diffusion, 0: the slowest", usual=True),
     )
     amplitudes = (
-        Parameter("strain", 0.0, "unit", -10.0, 10.0, source="prior: up to 0.1 medium, 0.3 tactical", meaning="a, at the start"),
+        Parameter("strain", 0.0, "unit", -10.0, 10.0, source="prior: up to 0.1 medium, 0.3 tactical", meaning="a, the slowest mode at the start"),
         Parameter("flux", 0.0, "unit", -10.0, 10.0, source="prior: up to 0.1 medium, 0.3 tactical", meaning="f, at the start and 20 °C"),
     )
     formula = "(a + f·τ20/τ(T))·w(u),  w = e^(−u) or Σ e^(−n²u) over odd n,  u = ∫dt/τ(T),  τ(T) = τ20·exp(E/R·(1/T − 1/T20))"
@@ -44,7 +44,8 @@ class Moisture(Continuing):
     def shapes_to_try(self, span_s: float, runs: int) -> Tensor:
         """Each anew in every run and going on, see `Effect.shapes_to_try`."""
         del span_s
-        return torch.cartesian_prod(*(grid_values(one, runs) for one in self.shape[:2]), anew_or_on(runs), torch.zeros(1, dtype=torch.float64))
+        time, energy, _, modes = (grid_values(one, runs) for one in self.shape)
+        return torch.cartesian_prod(time, energy, anew_or_on(runs), modes)
 
     def columns(self, history: History, shape: Tensor) -> Tensor:
         """Water left, and its flux over that at 20 °C, both of those at the start, see `Effect.columns`."""

@@ -42,8 +42,8 @@ class WarmUp(Effect):
     def shapes_to_try(self, span_s: float, runs: int) -> Tensor:
         """In every run, in each alone, and in all but each, see `Effect.shapes_to_try`."""
         del span_s
-        which, alike = grid_values(self.shape[1], runs), torch.zeros(1, dtype=torch.float64)
-        return torch.cartesian_prod(grid_values(self.shape[0], runs), torch.cat([which, -which[1:]]) if runs > 2 else which, alike)
+        time, which, _ = (grid_values(one, runs) for one in self.shape)
+        return torch.cartesian_prod(time, torch.cat([which, -which[1:]]) if runs > 2 else which, torch.zeros(1, dtype=torch.float64))
 
     def columns(self, history: History, shape: Tensor) -> Tensor:
         """exp(−t/τ) and exp(−10·t/τ), each as large as the start makes it, see `Effect.columns`."""

@@ -61,8 +61,8 @@ def elapsed(time: Tensor, speed: Tensor) -> Tensor:
     return after_first(none, total)
 
 
-def maxwell(time: Tensor, drive: Tensor, speed: Tensor) -> Tensor:
-    """Stress of a Maxwell branch of unit stiffness, ds/dt = du/dt − v(t)·s from s = 0.
+def maxwell(time: Tensor, drive: Tensor, speed: Tensor, start: Tensor | None = None) -> Tensor:
+    """Stress of a Maxwell branch of unit stiffness, ds/dt = du/dt − v(t)·s.
 
     In the branch's own time ∫v dt this is a lag of 1 behind (du/dt)/v. With x = ∫v dt over a step (trapezoidal rule) and a drive linear in time:
     s[k] = e^(−x)·s[k−1] + (φ1 + (v[k] − v[k−1])/(v[k] + v[k−1])·(φ1 − 2φ2))·(u[k] − u[k−1]). Exact at a constant speed; of second order in the
@@ -72,6 +72,7 @@ def maxwell(time: Tensor, drive: Tensor, speed: Tensor) -> Tensor:
         time: (T,) strictly increasing [s].
         drive: (..., T) u, any unit.
         speed: (..., T) v, one over the time constant [1/s].
+        start: (...) s at the first sample, by default 0.
 
     Returns:
         (..., T) s in the drive's unit.
@@ -82,5 +83,6 @@ def maxwell(time: Tensor, drive: Tensor, speed: Tensor) -> Tensor:
     _, phi_1, phi_2 = exponential_weights(fallen)
     tilt = torch.diff(fast) / twice.clamp_min(1e-300)
     added = (phi_1 + tilt * (phi_1 - 2.0 * phi_2)) * torch.diff(driven)
-    none = torch.zeros_like((drive + speed)[..., 0])
-    return after_first(none, decaying(fallen, added, none))
+    first = torch.zeros_like((drive + speed)[..., 0])
+    first = first if start is None else first + start
+    return after_first(first, decaying(fallen, added, first))
