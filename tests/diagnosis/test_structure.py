@@ -337,7 +337,17 @@ def test_what_swings_faster_and_faster_is_no_noise(planted, base, white, seed) -
     assert found.matters
     assert 600 < found.periods_s[0] < found.periods_s[1] < 2000
     assert not is_noise(bench, solved, solved)
-    assert restless(bench, solved).startswith("It swings, with no period that stays: every ")
+    said = restless(bench, solved)
+    assert said.startswith("It swings, with no period that stays: every ")
+    assert "chamber" not in said, "too slow for one"
+
+
+def test_what_swings_as_a_chamber_does_is_said_to(planted, base, white) -> None:
+    """Every six minutes, with a phase that wanders by 5 rad within hours."""
+    bench = planted(lambda run, coil: 1.2 * white * (2 * torch.pi * run.time / 360 + 5 * (run.time / 2900).sin()).sin(), 1)
+    said = restless(bench, bench.solve(tuple(base)))
+    assert said.startswith("It swings, with no period that stays: every ")
+    assert "So does the air of a chamber" in said
 
 
 @pytest.mark.parametrize(

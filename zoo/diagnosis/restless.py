@@ -10,7 +10,7 @@ from torch import Tensor
 from zoo.diagnosis.form_words import number
 from zoo.diagnosis.moments import moments, rarity
 from zoo.diagnosis.solved import Solved
-from zoo.diagnosis.swings import recurrence, swings
+from zoo.diagnosis.swings import Swings, recurrence, swings
 from zoo.diagnosis.switching import switching
 from zoo.diagnosis.workbench import Workbench
 from zoo.measurements.run import Run
@@ -19,6 +19,8 @@ from zoo.units import SECONDS_PER_MINUTE, symbol
 
 FAR_AHEAD = 5.0
 """Evidence of two levels over that of a band: a sine has them half as well (1.1 to 2.6 found), what jumps has no band to speak of (18 and more)."""
+CHAMBERS_S = 120.0, 720.0
+"""Periods at which a chamber's compressor or heater is switched. Engineering prior: 2 to 10 min, and what its load makes of them."""
 ALIKE, NEAR = 3, 0.1
 """How many moments within which share of the range of temperatures are no chance: three within a tenth are so by chance in 3 of 100."""
 
@@ -38,7 +40,7 @@ def restless(bench: Workbench, solved: Solved) -> str:
         phase = "" if line.runs == 1 else ", with the same phase in all runs" if line.alike else ", in each run with a phase of its own"
         return f"It recurs every {_minutes(line.period_s)}{phase}."
     if band.matters:
-        return f"It swings, with no period that stays: every {' to '.join(_minutes(period) for period in band.periods_s)}."
+        return f"It swings, with no period that stays: every {' to '.join(_minutes(period) for period in band.periods_s)}.{_as_a_chamber(band)}"
     blocks = correlation_time(parts)
     if blocks <= 1.0:
         return f"It is new in every block of {number(step)} s: noise of another level or with outliers, rather than an effect."
@@ -77,6 +79,13 @@ def _in_common(bench: Workbench, found: list[tuple[str, float]]) -> str:
     rates = [float(temperature_rate(run.time, run.temperature)[place]) for run, place in places]
     way = " while it warms" if min(rates) > 0 else " while it cools" if max(rates) < 0 else ""
     return f", each time with the thermometer between {number(float(here.min()), 3)} and {number(float(here.max()), 3)} °C{way}"
+
+
+def _as_a_chamber(band: Swings) -> str:
+    """What swings so, where the periods are those of a chamber: a line whose phase wanders as far is no `chamber_cycling`."""
+    if band.periods_s[0] < CHAMBERS_S[0] or band.periods_s[1] > CHAMBERS_S[1]:
+        return ""
+    return " So does the air of a chamber whose compressor or heater is switched as its load wants it: a record of that air, as a column, would tell."
 
 
 def _hours(run: Run) -> Tensor:
