@@ -231,7 +231,7 @@ def test_some_do_not_know_the_temperature(name, seen) -> None:
 
 def test_warm_up_is_normalised_and_monotone(seen) -> None:
     warm = build("effects", "warm_up")
-    decays = warm.columns(seen(warm), torch.tensor([1200.0, 0.0, 0.0], dtype=torch.float64))
+    decays = warm.columns(seen(warm), torch.tensor([1200.0, 0.0, 0.0, 10.0], dtype=torch.float64))
     for decay, fold in zip(decays.T, (20, 2), strict=True):  # the body, and the electronics ten times faster
         assert float(decay[0]) == 1
         assert float(decay[fold]) == pytest.approx(math.exp(-1.0))
@@ -242,7 +242,7 @@ def test_warm_up_is_normalised_and_monotone(seen) -> None:
 def test_warm_up_is_in_all_runs_or_one_or_all_but_one(which, cold, seen) -> None:
     warm = build("effects", "warm_up")
     for run in (1, 2, 3, UNSEEN):
-        found = column(warm, seen(warm, run=run), 1200.0, which, 0.0)
+        found = column(warm, seen(warm, run=run), 1200.0, which, 0.0, 10.0)
         assert bool((found > 0).all()) if run in cold else bool((found == 0).all())
     assert sorted(set(warm.shapes_to_try(36000.0, 3)[:, 1].tolist())) == [-3, -2, -1, 0, 1, 2, 3]
     assert sorted(set(warm.shapes_to_try(36000.0, 2)[:, 1].tolist())) == [0, 1, 2], "all but one is the other"
@@ -252,8 +252,8 @@ def test_warm_up_is_in_all_runs_or_one_or_all_but_one(which, cold, seen) -> None
 def test_warm_up_is_the_larger_the_colder_it_begins(seen) -> None:
     """In proportion, as of what is kept at 70 °C: half as large from 45 °C as from 20 °C; its course is the same, wherever the chamber goes then."""
     warm = build("effects", "warm_up")
-    cold, room, hot = (column(warm, seen(warm, knots=((0, begin), (12, 60))), 1200.0, 0.0, 0.02) for begin in (-5, 20, 45))
-    torch.testing.assert_close(room, column(warm, seen(warm), 1200.0, 0.0, 0.0), rtol=1e-12, atol=0)
+    cold, room, hot = (column(warm, seen(warm, knots=((0, begin), (12, 60))), 1200.0, 0.0, 0.02, 10.0) for begin in (-5, 20, 45))
+    torch.testing.assert_close(room, column(warm, seen(warm), 1200.0, 0.0, 0.0, 10.0), rtol=1e-12, atol=0)
     torch.testing.assert_close(hot, 0.5 * room, rtol=1e-12, atol=0)
     torch.testing.assert_close(cold, 1.5 * room, rtol=1e-12, atol=0)
 

@@ -90,7 +90,9 @@ def test_speeds_are_one_at_20_degrees_and_grow_as_declared() -> None:
     celsius = torch.tensor([20.0, 30.0, -40.0], dtype=torch.float64)
     activated = arrhenius(celsius, scalar(50e3))
     assert activated.tolist() == pytest.approx([1.0, 1.96735, 0.0050969], rel=1e-5), "about twice in 10 K; with E/R = 6013.62 K"
-    torch.testing.assert_close(shifted(celsius, scalar(5.0)), torch.tensor([1.0, 10**0.5, 1e-3], dtype=torch.float64))
+    torch.testing.assert_close(
+        shifted(celsius, scalar(5.0)), torch.tensor([1.0, 10 ** (0.5 * 293.15 / 303.15), 10 ** (-3 * 293.15 / 233.15)], dtype=torch.float64)
+    )
     assert bool(torch.isfinite(arrhenius(torch.tensor([-300.0, 1e4], dtype=torch.float64), scalar(90e3))).all())
 
 

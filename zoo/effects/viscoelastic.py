@@ -31,7 +31,16 @@ class Viscoelastic(Continuing):
     runs_together = True
     shape = (
         Parameter("time", 2.0, "h", 0.2, 10.0, "log", source="prior: 0.3–5 h", meaning="τ at 20 °C", grid=6),
-        Parameter("shift", 3.0, "1/(100 K)", 0.0, 8.0, source="Trufanov, PMC12846046: a coating's tangent is 4 at 20 °C", meaning="decades", grid=4),
+        Parameter(
+            "shift",
+            3.0,
+            "1/(100 K)",
+            0.0,
+            8.0,
+            source="Trufanov, PMC12846046: a coating's tangent is 4 at 20 °C",
+            meaning="k, decades at 20 °C",
+            grid=4,
+        ),
         Parameter("of_stress", 0.0, "1", 0.0, 1.0, "index", "an option", "1: goes with the stress itself, 0: with its rate", usual=True),
         Parameter("past", 0.0, "1", -1.0, 1.0, "share", source="0 none", meaning="p, share of the way's strain left, negative: from the run before"),
     )
@@ -39,8 +48,10 @@ class Viscoelastic(Continuing):
         Parameter("coefficient", 0.0, "unit/(K/min)", -10.0, 10.0, source="prior: of the size of Mohr's C_M", meaning="G"),
         Parameter("fast", 0.0, "unit/(K/min)", -10.0, 10.0, source="prior: as the first", meaning="G of the branch six times as fast"),
     )
-    formula = "G·s/τ + G₂·s₂/τ₂ with τ(T), or τ20 of the stress itself,  ds/dt = dT/dt − s/τ(T),  τ(T) = τ20·10^(−k·(T − 20 °C)/100 K),  τ₂ = τ/6"
-    source = "Maxwell's branches (Prony series); Williams, Landel & Ferry 1955, J. Am. Chem. Soc. 77:3701"
+    formula = (
+        "G·s/τ + G₂·s₂/τ₂ with τ(T), or τ20 of the stress itself,  ds/dt = dT/dt − s/τ(T),  τ(T) = τ20·10^(−k·(T − 20 °C)/100 K·293 K/T),  τ₂ = τ/6"
+    )
+    source = "Maxwell's branches (Prony series); Arrhenius; Ferry 1980, Viscoelastic Properties of Polymers, ch. 11"
     signature = "decays within hours in the hold after a ramp, faster when hot; opposite sign after cooling"
     confused_with = ("hysteresis", "moisture", "aging", "sensor_lag")
 

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 import torch
 from torch import Tensor
 
@@ -30,9 +32,9 @@ def arrhenius(temperature: Tensor, energy: Tensor) -> Tensor:
 
 
 def shifted(temperature: Tensor, decades: Tensor) -> Tensor:
-    """How much faster than at 20 °C a polymer relaxes, 10^(k·(T − 20 °C)/100 K): the tangent at 20 °C of the shift of Williams, Landel & Ferry.
+    """How much faster than at 20 °C a polymer relaxes, 10^(k·(T − 20 °C)/100 K·T20/T): Arrhenius's law, told by its tangent at 20 °C.
 
-    Their C1·(T − Tr)/(C2 + T − Tr) has a pole where the polymer freezes; its tangent has none, and is one number instead of three.
+    The law of Williams, Landel & Ferry bends more, and has a pole where the polymer freezes; this has none, and is one number instead of three.
 
     Args:
         temperature: (..., T) [°C].
@@ -41,7 +43,7 @@ def shifted(temperature: Tensor, decades: Tensor) -> Tensor:
     Returns:
         (..., T), 1 at 20 °C.
     """
-    return torch.pow(10.0, decades * (temperature + ZERO_C_IN_K - REFERENCE_K) / 100.0)
+    return arrhenius(temperature, decades * (math.log(10.0) / 100.0 * GAS_J_PER_MOL_K * REFERENCE_K**2))
 
 
 def elapsed(time: Tensor, speed: Tensor) -> Tensor:
