@@ -31,16 +31,7 @@ class Viscoelastic(Continuing):
     runs_together = True
     shape = (
         Parameter("time", 2.0, "h", 0.2, 10.0, "log", source="prior: 0.3–5 h", meaning="τ at 20 °C", grid=6),
-        Parameter(
-            "shift",
-            3.0,
-            "1/(100 K)",
-            0.0,
-            8.0,
-            source="Trufanov, PMC12846046: a coating's tangent is 4 at 20 °C",
-            meaning="k, decades at 20 °C",
-            grid=4,
-        ),
+        Parameter("shift", 3.0, "1/(100 K)", 0.0, 8.0, source="Trufanov, PMC12846046: a coating's tangent is 4 at 20 °C", meaning="k", grid=4),
         Parameter("of_stress", 0.0, "1", 0.0, 1.0, "index", "an option", "1: goes with the stress itself, 0: with its rate", usual=True),
         Parameter("past", 0.0, "1", -1.0, 1.0, "share", source="0 none", meaning="p, share of the way's strain left, negative: from the run before"),
     )

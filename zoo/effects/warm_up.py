@@ -25,7 +25,7 @@ class WarmUp(Effect):
     shape = (
         Parameter("time", 1200.0, "s", 60.0, 5400.0, "log", source="prior: the body 10–40 min", meaning="e-folding time"),
         Parameter(RUN, 0.0, "1", -100.0, 100.0, "index", "an index", "the one that began cold, negative: the one that did not", usual=True),
-        Parameter("colder", 0.0, "1/K", -0.025, 0.025, source="engineering prior", meaning="κ, the larger from a colder start", within=0.006),
+        Parameter("colder", 0.0, "1/K", -0.025, 0.025, source="engineering prior", meaning="κ, the larger from a colder start", within=0.008),
         Parameter(
             "ratio", 10.0, "1", 3.0, 40.0, "log", source="prior: 10–40 min over 1–3 min", meaning="n, how many times as fast as the body", within=1.8
         ),
