@@ -10,7 +10,8 @@ import pytest
 import torch
 from torch import Tensor
 
-from zoo.diagnosis.diagnose import diagnose
+from zoo.diagnosis.diagnose import diagnose, open_bench
+from zoo.measurements.run import Run
 from zoo.simulator.in_process import as_run
 from zoo.simulator.laboratory.profiles import campaign, tour
 
@@ -24,8 +25,14 @@ STARTS = campaign(
 """Two runs, one from the cold and one from the heat."""
 
 
+def added(recorded: list[Any], more: list[Tensor], size: float) -> list[Run]:
+    """Runs with more errors (T,) of so large a standard deviation over all of them."""
+    scale = size / torch.cat(more).std()
+    return [replace(as_run(one), error=as_run(one).error + scale * add) for one, add in zip(recorded, more, strict=True)]
+
+
 def told_of(recorded: list[Any], more: list[Tensor], size: float, base: list[str], catalogue: dict[str, Any]) -> dict[str, Any]:
-    """What is said of runs with more errors (T,) of so large an RMS over all of them."""
+    """What is said of such runs."""
     scale = size / torch.cat(more).std()
     return diagnose(
         [replace(as_run(one), error=as_run(one).error + scale * add) for one, add in zip(recorded, more, strict=True)], base, catalogue
@@ -64,18 +71,38 @@ def test_a_warm_up_that_the_start_makes_larger_is_one_effect(colder, recorded, b
     assert record["rms_final"] < 1.1 * record["noise_floor"]
 
 
+def drying(recorded: list[Any], modes: int) -> list[Tensor]:
+    """Σ e^(−n²u) over so many odd n, going on from run to run: τ is 14 h at 20 °C, E/R 6000 K."""
+    found, age = [], 0.0
+    for one in recorded:
+        kelvin = one.truth["temperature_coil_c"] + 273.15
+        spent = age + torch.exp(6000 * (1 / 293.15 - 1 / kelvin)).cumsum(0) * 20 / (14 * 3600)
+        found.append(sum((torch.exp(-((2 * m + 1) ** 2) * spent) for m in range(modes)), torch.zeros_like(spent)))
+        age = float(spent[-1])
+    return found
+
+
 @pytest.mark.parametrize("modes", [6, 1])
 def test_a_coil_that_dries_in_many_modes_is_one_effect(modes, simulation, base, catalogue, white) -> None:
     """And that there is one alone is seen as well."""
-    runs, more, age = simulation(seed=2).runs, [], 0.0
-    for one in runs:
-        kelvin = one.truth["temperature_coil_c"] + 273.15
-        spent = torch.exp(6000 * (1 / 293.15 - 1 / kelvin)).cumsum(0) * 20 / (14 * 3600)
-        more.append(sum((torch.exp(-((2 * m + 1) ** 2) * (age + spent)) for m in range(modes)), torch.zeros_like(spent)))
-        age += float(spent[-1])
-    record = told_of(runs, more, 15 * white, base, catalogue)
+    runs = simulation(seed=2).runs
+    record = told_of(runs, drying(runs, modes), 15 * white, base, catalogue)
     assert (record["verdict"], record["missing"]) == ("missing", ["moisture"])
     assert record["parameters"]["moisture"]["modes"]["value"] == (modes > 1)
+
+
+def test_what_made_up_for_modes_gives_way_to_them(simulation, base, catalogue, white) -> None:
+    """A model with one mode and a warm-up; without the warm-up the coil dries in all of them."""
+    runs = simulation(seed=2).runs
+    bench = open_bench(added(runs, drying(runs, 6), 15 * white), base, catalogue)
+    start = bench.add(bench.begin(tuple(base)), "moisture")
+    names, theta = (*start.names, "warm_up"), bench.add(start, "warm_up").fit.theta.clone()
+    place = start.model.parameters_of_theta().index(("moisture", catalogue["moisture"].shape[3]))
+    theta[place] = 0.0
+    both = bench.placed(names, bench.fitted(names, [theta]))
+    assert float(both.shape_of("moisture")[3]) == 0.0
+    less = open_bench(added(runs, drying(runs, 6), 15 * white), base, catalogue).without(both, "warm_up")
+    assert float(less.shape_of("moisture")[3]) == 1.0
 
 
 @pytest.mark.parametrize("soak_h", [1.0, 1000.0])
