@@ -12,6 +12,7 @@ import shutil
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
+from tempfile import TemporaryFile
 from typing import Any
 
 from zoo.errors import InputError, WorkError
@@ -24,11 +25,10 @@ def writable_folder(path: str | Path) -> Path:
         InputError: it cannot be created, or nothing can be written into it.
     """
     folder = Path(path)
-    probe = _sibling(folder / "probe")
     try:
         folder.mkdir(parents=True, exist_ok=True)
-        probe.touch()
-        probe.unlink()
+        with TemporaryFile(dir=folder):  # without a name, where there is such a thing: a process that is killed here leaves nothing
+            pass
     except OSError as error:
         raise InputError(f"{folder}: cannot be written to ({error.strerror}); choose another folder") from error
     return folder

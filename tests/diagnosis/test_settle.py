@@ -92,14 +92,14 @@ def test_where_it_would_decide_otherwise_there_is_none(first, runs, base, catalo
 
 
 def test_the_end_of_a_search_that_took_something_back_is_asked_alone(runs, base, catalogue, monkeypatch) -> None:
-    """What a glass transition stood for is known in the end; its rounds need not be asked again."""
+    """What another stood for is known in the end; its rounds need not be asked again."""
     few = {name: catalogue[name] for name in (*base, "rate_temperature_coupling", "moisture", "glass_transition", "viscoelastic", "aging")}
     candidates = [name for name in few if name not in base]
     bench = open_bench(runs("rate_temperature_coupling+moisture", 2), base, few)
     louder = NoiseModel(bench.noise.white, 4 * bench.noise.flicker, 0.2 * bench.noise.white)
     by_itself, again = bench.with_noise(louder), bench.with_noise(louder)
     found = search(bench, bench.begin(tuple(base)), candidates)
-    assert found.steps[0].chosen == "glass_transition"
+    assert found.steps[0].chosen not in {None, "rate_temperature_coupling", "moisture"}
     whole = search(by_itself, by_itself.begin(tuple(base)), candidates)
     monkeypatch.setattr(trials, "screen", None)
     ended = reweighed(again, found)
@@ -119,14 +119,15 @@ def test_the_end_of_a_search_that_took_something_back_is_asked_alone(runs, base,
     assert reweighed(again, found) is None, "what was tried beside it has its parameters in another order"
 
 
-@pytest.mark.parametrize("name", ["polarization", "warm_up"])
-def test_what_lacks_an_effect_is_fitted_as_far_as_what_has_it(runs, base, catalogue, name) -> None:
-    """From a shape in another valley: fitted on from there alone, it would make the effect that it lacks a hundred times likelier, and more."""
+@pytest.mark.parametrize(("name", "place"), [("polarization", 0), ("warm_up", 1)])
+def test_what_lacks_an_effect_is_fitted_as_far_as_what_has_it(runs, base, catalogue, name, place) -> None:
+    """From a shape in another valley, of a warm-up in the first run: fitted on from there alone, it would make the effect that it lacks a hundred
+    times likelier, and more."""
     few = {one: catalogue[one] for one in (*base, name)}
     bench, afresh = (open_bench(runs(name), base, few) for _ in range(2))
     start = bench.begin(tuple(base))
     there = bench.add(start, name)
-    astray = bench.peek(start, name, bench.shapes(name)[0])
+    astray = bench.peek(start, name, bench.shapes(name)[place])
     assert afresh.fitted(astray.names, [astray.fit.theta]).total > there.fit.total + 100.0
     assert settle._less(afresh, Search(start, there), astray).fit.total < there.fit.total + 1.0
 

@@ -24,7 +24,7 @@ STEP_S, BLOCK = 20.0, 5
 NOISE = 0.01
 PLANTED = {
     "hysteresis": ([6.0, 20.0, 40.0, 0.0], [0.4]),
-    "warm_up": ([1500.0, 0.0], [0.3, 0.1]),
+    "warm_up": ([1500.0, 0.0, 0.0, 10.0], [0.3, 0.1]),
 }
 """Shapes and amplitudes."""
 

@@ -77,7 +77,7 @@ def shape_parameters(effect: Effect) -> tuple[Parameter, ...]:
 
 
 def draw_shape(name: str, effect: Effect, scene: Scene, seed: int) -> Tensor:
-    """(S,) shape parameters, in their units.
+    """(S,) shape parameters, in their units; what most gyros have alike, or about, is as in most.
 
     Args:
         name: the effect's.
@@ -87,7 +87,8 @@ def draw_shape(name: str, effect: Effect, scene: Scene, seed: int) -> Tensor:
     """
     called = {one.name: CALLED.get((name, one.name), one.name) for one in effect.shape}
     values = [
-        one.default if one.usual else _visible(name, one, scene, stream(seed, "shape", name, called[one.name])) for one in shape_parameters(effect)
+        one.default if one.usual or one.within else _visible(name, one, scene, stream(seed, "shape", name, called[one.name]))
+        for one in shape_parameters(effect)
     ]
     return torch.tensor(values, dtype=torch.float64)
 
