@@ -37,3 +37,12 @@ def test_hysteresis_opens_loops_of_the_known_width(name: str, low: float, high: 
     middle = torch.tensor(halves).median()
     assert (low * high) ** 0.5 / 1.5 < middle < (low * high) ** 0.5 * 1.5, "in the middle of the range, on its logarithmic scale"
     assert sum(low / 2 < half < high * 2 for half in halves) > 0.9 * GYROS
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_what_is_about_known_beforehand_is_as_in_most_gyros(seed) -> None:
+    """A warm-up's time is drawn, its ratio and what a cold start does are not: a seed keeps its gyro."""
+    effect = build("effects", "warm_up")
+    time, *others = draw_shape("warm_up", effect, SCENE, seed).tolist()
+    assert others == [one.default for one in effect.shape[1:]]
+    assert time != effect.shape[0].default
