@@ -9,9 +9,12 @@ import torch
 from torch import Tensor
 
 from zoo.diagnosis import corrections
-from zoo.diagnosis.corrections import _freer, has_own_input, stands_apart
+from zoo.diagnosis.acceptance import ACCEPT, convinces
+from zoo.diagnosis.corrections import _freer, has_own_input, is_smooth, stands_apart
 from zoo.diagnosis.diagnose import diagnose, open_bench
 from zoo.diagnosis.quantities import by_the_clock, momentary
+from zoo.diagnosis.screening import Screened
+from zoo.diagnosis.trials import Step, Trial
 from zoo.fitting.projection import complement, orthonormal
 from zoo.measurements.run import Run
 from zoo.simulator.in_process import as_run
@@ -66,6 +69,46 @@ def test_an_addition_stands_apart_beside_each_function_that_may_be_the_freer_for
         monkeypatch.setattr(corrections, "_freer", lambda *_, forms=forms: forms)
         found.append(stands_apart(bench, start, before, after, bench.evidence(before, after), 8.0))
     assert found == [True, False, False, False]
+
+
+def both(simulation, large: str, small: str, sizes: tuple[float, float]) -> list[Run]:
+    """Two effects, the second far smaller than the first."""
+    recorded = zip(simulation(large, 1, sizes[0]).runs, simulation(small, 1, sizes[1]).runs, strict=True)
+    return [replace(as_run(one), error=as_run(one).error + other.truth[f"{small}_dph"]) for one, other in recorded]
+
+
+@pytest.mark.parametrize(
+    ("large", "small", "smooth"),
+    [
+        ("aging", "glass_transition", True),
+        ("aging", "polarization", False),
+        ("chamber_cycling", "glass_transition", False),
+        ("polarization", "rate_temperature_coupling", False),
+    ],
+)
+def test_what_is_smooth_is_off_by_something_smooth(simulation, catalogue, base, large, small, smooth) -> None:
+    """Not by fringes; and no line and no fringe is off by anything smooth."""
+    bench = open_bench(both(simulation, large, small, (15.0, 3.0)), base, catalogue)
+    start = bench.solve(tuple(base))
+    before = bench.add(start, large)
+    after = bench.add(before, small)
+    evidence = bench.evidence(before, after)
+    assert evidence > 10.0
+    assert is_smooth(bench, start, before, after, evidence) is smooth
+
+
+@pytest.mark.parametrize(
+    ("small", "size", "evidence", "convincing"), [("moisture", 9.0, 30.0, False), ("moisture", 9.0, 250.0, True), ("polarization", 4.0, 30.0, True)]
+)
+def test_what_is_easily_confused_with_what_is_there_must_be_a_fair_part_of_it(simulation, catalogue, base, small, size, evidence, convincing) -> None:
+    """All three take away a twentieth of the variance, which is enough for what nobody takes for stress that relaxes, and leave noise."""
+    bench = open_bench(both(simulation, "viscoelastic", small, (20.0, size)), base, catalogue)
+    start = bench.solve(tuple(base))
+    before = bench.add(start, "viscoelastic")
+    after = bench.add(before, small)
+    assert 0.035 < (before.rms**2 - after.rms**2) / (start.rms**2 - before.rms**2) < 0.0625
+    trial = Trial(Screened(small, after.shape_of(small), 0.0, 0), after, evidence, True)
+    assert convinces(bench, start, Step(before, [trial], ACCEPT), trial) is convincing
 
 
 BOTH_WAYS, ONE_WAY, STILL = (-1.0, 1.0), (1.0, 2.0), (1.0, 1.0)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 
-from zoo.diagnosis.corrections import stands_apart
+from zoo.diagnosis.corrections import has_own_input, is_smooth, stands_apart
 from zoo.diagnosis.cross_validation import segment_cost
 from zoo.diagnosis.solved import Solved
 from zoo.diagnosis.structure import leaves_noise
@@ -17,6 +17,9 @@ the first that is added, for beside nothing it cannot make up for the simplified
 more than the latter; what makes up for another's form reaches 14, what is really there beside another has 20 and more in twenty gyros of twenty."""
 MOPPING_UP = 0.03
 """Share of the variance explained so far below which an addition is taken for a correction to it (17 % in amplitude)."""
+BARELY, ALIKE = 0.0064, 0.0625
+"""The same below which it is one however strong the evidence, where both are smooth: no form in the catalogue is nature's to a few per cent (8 % in
+amplitude). And below which one is that is easily confused with another before it, unless evidence is overwhelming (a quarter in amplitude)."""
 MINOR = 0.15
 """Share of the evidence of all added effects below which one of them may be a correction to the others."""
 MATERIAL = 0.1
@@ -51,8 +54,8 @@ def convinces(bench: Workbench, base: Solved, step: Step, best: Trial) -> bool:
     before, needed = step.before, step.needed
     if best.solved is None or not best.refitted or before.rms < QUIET * bench.mixtures.white:
         return False
-    if best.solved.rms >= before.rms and best.evidence < OVERWHELMING and segment_cost(bench, best.solved) >= segment_cost(bench, before):
-        return False  # beside slow noise, what is fast may go while the RMS stays
+    if _corrects(bench, base, before, best) or _only_by_noise(bench, before, best):
+        return False
     if best.evidence < needed:
         return best.evidence > 0 and _saves(bench, base, before, best)
     if _mops_up(bench, base, before, best) and not stands_apart(bench, base, before, best.solved, best.evidence, needed):
@@ -60,6 +63,14 @@ def convinces(bench: Workbench, base: Solved, step: Step, best: Trial) -> bool:
     if _material(bench, before, best.solved) and segment_cost(bench, best.solved) < segment_cost(bench, before):
         return True
     return leaves_noise(bench, best.solved, base)
+
+
+def _only_by_noise(bench: Workbench, before: Solved, best: Trial) -> bool:
+    """Whether an addition lowers neither the RMS nor, beside slow noise where what is fast may go while that stays, the error on unfitted pieces."""
+    assert best.solved is not None
+    if best.solved.rms < before.rms or best.evidence >= OVERWHELMING:
+        return False
+    return segment_cost(bench, best.solved) >= segment_cost(bench, before)
 
 
 def _saves(bench: Workbench, base: Solved, before: Solved, best: Trial) -> bool:
@@ -103,6 +114,18 @@ def chosen_of(bench: Workbench, base: Solved, step: Step) -> Trial | None:
         step: the round.
     """
     return best_of(bench, base, [trial for trial in step.trials if convinces(bench, base, step, trial)])
+
+
+def _corrects(bench: Workbench, base: Solved, before: Solved, addition: Trial) -> bool:
+    """Whether an addition explains so little beside what was added before that only the latter's form can be meant."""
+    older, new, after = [name for name in before.names if name not in base.names], addition.screened.name, addition.solved
+    assert after is not None
+    if not older or bench.effects[new].frequencies(after.shape_of(new)) or has_own_input(bench, new, older):
+        return False
+    alike = any(new in bench.effects[other].confused_with or other in bench.effects[new].confused_with for other in older)
+    share = (before.rms**2 - after.rms**2) / max(base.rms**2 - before.rms**2, 1e-300)
+    little = alike and share < ALIKE and addition.evidence < OVERWHELMING
+    return little or (share < BARELY and is_smooth(bench, base, before, after, addition.evidence))
 
 
 def _mops_up(bench: Workbench, base: Solved, before: Solved, addition: Trial) -> bool:

@@ -48,6 +48,27 @@ def stands_apart(bench: Workbench, base: Solved, before: Solved, after: Solved, 
     return bool(forms) and all(own > max(needed, KEPT * evidence) for own in left)
 
 
+def is_smooth(bench: Workbench, base: Solved, before: Solved, after: Solved, evidence: float) -> bool:
+    """Whether smooth functions, of time in each run and of temperature and rate, make up both the effects before an addition and most of what it is
+    called for by: what is smooth is off by something smooth, a line or a fringe is not.
+
+    Args:
+        bench: the runs.
+        base: the model before anything was added.
+        before: with the effects before it.
+        after: with the addition as well.
+        evidence: log Bayes factor of the two.
+    """
+    functions = functions_of(bench, before)
+    clock = next(free.axis for free in functions if free.of is CLOCK)
+    in_each = [clock.chebyshev(part, WANDER_ORDER) for part in clock.means.split([run.blocks for run in bench.runs])]
+    smooth = torch.cat([torch.block_diag(*in_each), *(free.columns for free in functions if free.of in (TEMPERATURE, RATE))], dim=1)
+    if _left(bench, base, before, [smooth])[0] > 1.0 - STANDS_FOR:
+        return False
+    price = gain(before.likelihood, after.likelihood) - evidence
+    return gain(_beside(smooth, before), _beside(smooth, after)) - price < KEPT * evidence
+
+
 def has_own_input(bench: Workbench, name: str, others: list[str]) -> bool:
     """Whether an effect goes with a column or with the reference rate that changes in the runs, and none of some others does."""
     return bool(inputs_seen(bench, bench.effects[name]).difference(*[inputs_of(bench.effects[other]) for other in others]))
@@ -60,15 +81,11 @@ def _beside(freer: Tensor, solved: Solved) -> Likelihood:
 
 def _freer(bench: Workbench, base: Solved, before: Solved) -> list[Tensor]:
     """(N, K) freer forms of what was added: functions of one quantity that stand for it, or what each may be like that has no memory."""
-    added = {name: places for name, places in before.places().items() if name not in base.names}
-    places = [place for own in added.values() for place in own]
-    rest = [place for place in range(before.plain_columns.shape[1]) if place not in places]
-    columns = orthonormal(bench.whitener(before.plain_columns[:, rest]))
-    signal = complement(bench.whitener((before.plain_columns[:, places] @ before.fit.amplitudes[places]).unsqueeze(1)), columns).squeeze(1)
     functions = functions_of(bench, before)
-    left = {free: float(project(complement(bench.whitener(free.columns), columns), signal).cost) / float(signal.square().sum()) for free in functions}
+    left = dict(zip(functions, _left(bench, base, before, [free.columns for free in functions]), strict=True))
     if min(left.values()) < 1.0 - STANDS_FOR:
         return [free.columns for free, share in left.items() if share < 1.0 - ALSO]
+    added = _added(base, before)
     if not all(momentary(bench.effects[name]) for name in added):
         return []
     slow = torch.cat([free.axis.chebyshev(free.axis.means, SLOW_ORDER) for free in functions if free.of in SLOW and free.beside is None], dim=1)
@@ -79,6 +96,20 @@ def _freer(bench: Workbench, base: Solved, before: Solved) -> list[Tensor]:
             freer += [_wandering(before.plain_columns[:, own], free.axis) for free in functions if free.of is CLOCK]
         freer += [free.columns for free in functions if free.words in inputs_of(bench.effects[name])]
     return [torch.cat(freer, dim=1)]
+
+
+def _added(base: Solved, before: Solved) -> dict[str, list[int]]:
+    """Columns of the effects that were added to a base."""
+    return {name: places for name, places in before.places().items() if name not in base.names}
+
+
+def _left(bench: Workbench, base: Solved, before: Solved, forms: list[Tensor]) -> list[float]:
+    """Shares of what the added effects explain, beside the others, that some columns (N, K) do not reproduce."""
+    places = [place for own in _added(base, before).values() for place in own]
+    rest = [place for place in range(before.plain_columns.shape[1]) if place not in places]
+    columns = orthonormal(bench.whitener(before.plain_columns[:, rest]))
+    signal = complement(bench.whitener((before.plain_columns[:, places] @ before.fit.amplitudes[places]).unsqueeze(1)), columns).squeeze(1)
+    return [float(project(complement(bench.whitener(form), columns), signal).cost) / float(signal.square().sum()) for form in forms]
 
 
 def _changed(signal: Tensor, slow: Tensor) -> Tensor:
