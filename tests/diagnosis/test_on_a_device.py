@@ -30,6 +30,8 @@ MARK = "there"
 class There(Tensor):
     """A tensor on the device; whatever is computed of one is one."""
 
+    __torch_function__ = torch._C._disabled_torch_function_impl  # what is computed of one is made one by `PretendedDevice`
+
 
 class PretendedDevice(TorchFunctionMode):
     """While it lasts `cuda:0` is there."""
