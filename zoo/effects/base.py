@@ -131,7 +131,8 @@ class Effect(nn.Module):
         formula: plain-text formula.
         source: where it comes from.
         signature: how it looks in a residual.
-        confused_with: effects that look alike, for the reader; what is inseparable is computed from the data, never from this list.
+        confused_with: effects that look alike: beside one of them a small part of it is taken for its own form. What is inseparable is computed from
+            the data, never from this list.
     """
 
     name: ClassVar[str]
