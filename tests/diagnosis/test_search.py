@@ -19,6 +19,7 @@ from zoo.diagnosis.screening import Screened, screen
 from zoo.diagnosis.search import PAIRED, Search, _drop, _looked_at, _remember, _singles, in_reach, single
 from zoo.diagnosis.settle import _white
 from zoo.diagnosis.trials import Step, Trial, glances, refit
+from zoo.diagnosis.workbench import Workbench
 from zoo.effects.earlier import before_each
 from zoo.effects.hysteresis import play
 from zoo.models.graybox import GrayBox
@@ -155,6 +156,21 @@ def test_the_likeliest_are_refitted_in_the_place_of_one_however_they_come() -> N
     trials = [Trial(SimpleNamespace(name=str(worth)), None, worth, False) for worth in (1.0, 30.0, 25.0, 3.0, 40.0, 20.0)]
     assert [trial.evidence for trial in in_reach(trials, 30.0)] == [40.0, 30.0, 25.0]
     assert [trial.evidence for trial in in_reach(trials, 54.0)] == [40.0]
+
+
+@pytest.mark.parametrize(("own", "found"), [(39.0, [40.0, 30.0, 25.0]), (45.0, [40.0, 25.0]), (51.0, [40.0]), (15.0, [40.0, 30.0, 25.0])])
+def test_what_looks_alike_is_refitted_from_half_the_evidence(own, found) -> None:
+    """It explains little at a coil which the one in its place has bent."""
+    trials = [Trial(SimpleNamespace(name=str(worth)), None, worth, False) for worth in (1.0, 30.0, 25.0, 3.0, 40.0)]
+    assert [trial.evidence for trial in in_reach(trials, own, {"25.0", "3.0"})] == found
+
+
+def test_effects_look_alike_where_one_of_them_says_so(catalogue) -> None:
+    bench = SimpleNamespace(effects=catalogue)
+    assert "thermal_gradient" in Workbench.look_alikes(bench, "sensor_lag")
+    assert "hysteresis" in Workbench.look_alikes(bench, "viscoelastic")
+    assert "viscoelastic" in Workbench.look_alikes(bench, "hysteresis")
+    assert not Workbench.look_alikes(bench, "polarization")
 
 
 def test_a_walk_that_comes_back_to_where_it_was_ends(monkeypatch) -> None:

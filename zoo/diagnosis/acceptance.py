@@ -122,9 +122,8 @@ def _corrects(bench: Workbench, base: Solved, before: Solved, addition: Trial) -
     assert after is not None
     if not older or bench.effects[new].frequencies(after.shape_of(new)) or has_own_input(bench, new, older):
         return False
-    alike = any(new in bench.effects[other].confused_with or other in bench.effects[new].confused_with for other in older)
     share = (before.rms**2 - after.rms**2) / max(base.rms**2 - before.rms**2, 1e-300)
-    little = alike and share < ALIKE and addition.evidence < OVERWHELMING
+    little = not bench.look_alikes(new).isdisjoint(older) and share < ALIKE and addition.evidence < OVERWHELMING
     return little or (share < BARELY and is_smooth(bench, base, before, after, addition.evidence))
 
 

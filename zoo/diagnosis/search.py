@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Collection
 from dataclasses import dataclass, field, replace
 
 from zoo.diagnosis.acceptance import ACCEPT, accepted, best_of, chosen_of, pruned
@@ -18,8 +18,9 @@ HELPS = 0.3
 """Share of the variance that an addition must take away to be named where the rest stays unexplained (16 % in RMS)."""
 MOST_ADDED = 3
 PASSES, PAIRED = 3, 3
-WITHIN = 15.0
-"""How much less evidence than an effect that was added another may have at a glance to be refitted in its place."""
+WITHIN, HIDDEN = 15.0, 0.5
+"""How much less evidence than an effect that was added another may have at a glance to be refitted in its place; and what share of it, if the two are
+easily confused: it explains little at a coil that the one in its place has bent."""
 IN_SIGHT = 2.5
 """RMS over the white noise from which refits of two effects may yet lead to noise."""
 PREFERRED = 1.0
@@ -287,7 +288,7 @@ def _exchange(bench: Workbench, found: Search, candidates: list[str], progress: 
         less = bench.without(found.final, name)
         own = bench.evidence(less, found.final)
         trials = _looked_at(bench, found, less, [one for one in candidates if one not in found.final.names])
-        refit(bench, less, in_reach(trials, own), progress, 0, theta_without(found.final, name))
+        refit(bench, less, in_reach(trials, own, bench.look_alikes(name)), progress, 0, theta_without(found.final, name))
         _remember(bench, found, less, trials)
         mine = Trial(Screened(name, found.final.shape_of(name), 0.0, 0), found.final, own, True)
         step = Step(less, [mine, *trials], ACCEPT, name)
@@ -300,9 +301,10 @@ def _exchange(bench: Workbench, found: Search, candidates: list[str], progress: 
     return changed
 
 
-def in_reach(trials: list[Trial], own: float) -> list[Trial]:
-    """The likeliest that may yet take the place of an effect with some evidence, best first."""
-    return sorted((trial for trial in trials if trial.evidence > own - WITHIN), key=lambda trial: -trial.evidence)[:REFITS]
+def in_reach(trials: list[Trial], own: float, alike: Collection[str] = ()) -> list[Trial]:
+    """The likeliest that may yet take the place of an effect with some evidence, best first; of some names, those alike, with less."""
+    least = {True: min(own - WITHIN, HIDDEN * own), False: own - WITHIN}
+    return sorted((trial for trial in trials if trial.evidence > least[trial.screened.name in alike]), key=lambda trial: -trial.evidence)[:REFITS]
 
 
 def replacement(bench: Workbench, base: Solved, step: Step, own: Trial) -> Trial | None:

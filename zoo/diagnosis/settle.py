@@ -258,7 +258,7 @@ def _forward_again(bench: Workbench, base: Solved, step: Step, progress: Callabl
 def _exchange_again(bench: Workbench, again: Search, step: Step, name: str, progress: Callable[[str], None]) -> Trial:
     """What a round for another effect in the place of one comes to; gives that one's own trial."""
     own = next(trial for trial in step.trials if trial.screened.name == name)
-    others = [trial for trial in in_reach(step.trials, own.evidence) if not trial.refitted]
+    others = [trial for trial in in_reach(step.trials, own.evidence, bench.look_alikes(name)) if not trial.refitted]
     refit(bench, step.before, others, progress, 0, theta_without(again.final, name))
     step.sort()
     better = replacement(bench, again.base, step, own)

@@ -99,6 +99,10 @@ class Workbench:
             return list(effect.needs)
         return [VARIED_REFERENCE] if effect.needs_varied_reference and not self.varied_reference else []
 
+    def look_alikes(self, name: str) -> set[str]:
+        """Names of the effects that are easily confused with one, by what either says."""
+        return {other for other, effect in self.effects.items() if other in self.effects[name].confused_with or name in effect.confused_with}
+
     def shapes(self, name: str) -> Tensor:
         """(G, S) physical shapes of an effect to start searches from."""
         return self.effects[name].shapes_to_try(self.span_s, len(self.runs))
