@@ -14,7 +14,7 @@ from zoo.diagnosis.corrections import _freer, has_own_input, is_smooth, stands_a
 from zoo.diagnosis.diagnose import diagnose, open_bench
 from zoo.diagnosis.quantities import by_the_clock, momentary
 from zoo.diagnosis.screening import Screened
-from zoo.diagnosis.trials import Step, Trial
+from zoo.diagnosis.trials import OVERWHELMING, Step, Trial
 from zoo.fitting.projection import complement, orthonormal
 from zoo.measurements.run import Run
 from zoo.simulator.in_process import as_run
@@ -108,6 +108,19 @@ def test_what_is_easily_confused_with_what_is_there_must_be_a_fair_part_of_it(si
     after = bench.add(before, small)
     assert 0.035 < (before.rms**2 - after.rms**2) / (start.rms**2 - before.rms**2) < 0.0625
     trial = Trial(Screened(small, after.shape_of(small), 0.0, 0), after, evidence, True)
+    assert convinces(bench, start, Step(before, [trial], ACCEPT), trial) is convincing
+
+
+@pytest.mark.parametrize(("small", "convincing"), [("glass_transition", False), ("polarization", True)])
+def test_a_smooth_thirteenth_of_what_is_there_is_its_form_however_strong_the_evidence(simulation, catalogue, base, small, convincing) -> None:
+    """Fringes as small are no part of any ageing."""
+    bench = open_bench(both(simulation, "aging", small, (30.0, 2.3)), base, catalogue)
+    start = bench.solve(tuple(base))
+    before = bench.add(start, "aging")
+    after = bench.add(before, small)
+    assert before.rms**2 - after.rms**2 < 0.0064 * (start.rms**2 - before.rms**2)
+    trial = Trial(Screened(small, after.shape_of(small), 0.0, 0), after, bench.evidence(before, after), True)
+    assert trial.evidence > OVERWHELMING
     assert convinces(bench, start, Step(before, [trial], ACCEPT), trial) is convincing
 
 

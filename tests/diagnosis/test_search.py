@@ -165,6 +165,15 @@ def test_what_looks_alike_is_refitted_from_half_the_evidence(own, found) -> None
     assert [trial.evidence for trial in in_reach(trials, own, {"25.0", "3.0"})] == found
 
 
+def test_each_that_was_added_is_held_against_what_looks_like_it(diagnosis, monkeypatch) -> None:
+    found = diagnosis("bias_step")
+    bench, base, asked = found.bench, found.search.base, []
+    pair = Search(base, bench.add(bench.add(base, "bias_step"), "viscoelastic"))
+    monkeypatch.setattr(search, "in_reach", lambda trials, own, alike=(): asked.append(set(alike)) or [])
+    search._exchange(bench, pair, [], lambda _: None)
+    assert asked == [{"aging"}, {"hysteresis", "moisture", "aging", "sensor_lag", "glass_transition"}]
+
+
 def test_effects_look_alike_where_one_of_them_says_so(catalogue) -> None:
     bench = SimpleNamespace(effects=catalogue)
     assert "thermal_gradient" in Workbench.look_alikes(bench, "sensor_lag")

@@ -42,10 +42,8 @@ def stands_apart(bench: Workbench, base: Solved, before: Solved, after: Solved, 
     """
     if any(has_own_input(bench, name, [one for one in before.names if one not in base.names]) for name in after.names if name not in before.names):
         return True
-    price = gain(before.likelihood, after.likelihood) - evidence
     forms = _freer(bench, base, before)
-    left = (gain(_beside(freer, before), _beside(freer, after)) - price for freer in forms)
-    return bool(forms) and all(own > max(needed, KEPT * evidence) for own in left)
+    return bool(forms) and all(_own(freer, before, after, evidence) > max(needed, KEPT * evidence) for freer in forms)
 
 
 def is_smooth(bench: Workbench, base: Solved, before: Solved, after: Solved, evidence: float) -> bool:
@@ -54,24 +52,26 @@ def is_smooth(bench: Workbench, base: Solved, before: Solved, after: Solved, evi
 
     Args:
         bench: the runs.
-        base: the model before anything was added.
-        before: with the effects before it.
-        after: with the addition as well.
-        evidence: log Bayes factor of the two.
+        base: where both began.
+        before: as for `stands_apart`.
+        after: with the addition.
+        evidence: what it is called for by.
     """
     functions = functions_of(bench, before)
     clock = next(free.axis for free in functions if free.of is CLOCK)
     in_each = [clock.chebyshev(part, WANDER_ORDER) for part in clock.means.split([run.blocks for run in bench.runs])]
     smooth = torch.cat([torch.block_diag(*in_each), *(free.columns for free in functions if free.of in (TEMPERATURE, RATE))], dim=1)
-    if _left(bench, base, before, [smooth])[0] > 1.0 - STANDS_FOR:
-        return False
-    price = gain(before.likelihood, after.likelihood) - evidence
-    return gain(_beside(smooth, before), _beside(smooth, after)) - price < KEPT * evidence
+    return _left(bench, base, before, [smooth])[0] < 1.0 - STANDS_FOR and _own(smooth, before, after, evidence) < KEPT * evidence
 
 
 def has_own_input(bench: Workbench, name: str, others: list[str]) -> bool:
     """Whether an effect goes with a column or with the reference rate that changes in the runs, and none of some others does."""
     return bool(inputs_seen(bench, bench.effects[name]).difference(*[inputs_of(bench.effects[other]) for other in others]))
+
+
+def _own(freer: Tensor, before: Solved, after: Solved, evidence: float) -> float:
+    """What an addition keeps of its evidence beside more columns (N, K), for the same price."""
+    return gain(_beside(freer, before), _beside(freer, after)) - (gain(before.likelihood, after.likelihood) - evidence)
 
 
 def _beside(freer: Tensor, solved: Solved) -> Likelihood:
