@@ -53,6 +53,25 @@ def test_of_every_effect_one_amplitude_stays() -> None:
     assert found.choices == pytest.approx(2 * math.log(2))
 
 
+@pytest.mark.parametrize(("amplitudes", "left"), [([1.0, 0.0, 0.0, 1.0], {2, 5}), ([1.0, -1.0, 0.0, 0.0], {2, 3})])
+def test_what_is_spare_stays_beside_what_is_worth_its_price(amplitudes, left) -> None:
+    whitened, target, moves = problem(amplitudes)
+    found = trimmed(whitened, target, moves, [[2, 3, 4, 5]], PRICE, spare=[5])
+    assert {*found.left} & {2, 3, 4, 5} == left
+
+
+@pytest.mark.parametrize("seed", [1, 2, 3, 4])
+def test_what_is_spare_makes_no_effect_by_itself(seed) -> None:
+    """All of χ² is lost that it explains: one of the others is left, which is not worth its price."""
+    whitened, target, moves = problem([0.0, 0.0, 0.0, 1.0], seed)
+    found = trimmed(whitened, target, moves, [[2, 3, 4, 5]], PRICE, spare=[5])
+    assert len({*found.left} & {2, 3, 4}) == 1
+    assert 5 not in found.left
+    less = whitened[:, found.left]
+    assert found.gain == pytest.approx(float(project(less, target).cost - project(whitened, target).cost), rel=1e-6)
+    assert found.gain > 200.0
+
+
 def test_what_may_not_be_trimmed_stays() -> None:
     whitened, target, moves = problem([0.0, 0.0, 0.0, 0.0])
     found = trimmed(whitened, target, moves, [], PRICE)

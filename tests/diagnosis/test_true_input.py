@@ -18,7 +18,7 @@ from zoo.measurements.run import Run
 OF_THE_INPUT = [name for name in names("effects") if build("effects", name).needs_varied_reference]
 SIZES = {
     "scale_factor": (300.0, 20.0, 0.0),
-    "scale_factor_nonlinearity": (0.0, -0.08, 0.0),
+    "scale_factor_nonlinearity": (0.0, -0.08, 0.0, 0.0),
     "misalignment": (0.05, 2e-3, 0.0),
     "dead_band": (40.0, 4.0, 0.1),
 }
@@ -46,7 +46,7 @@ def planted(run: Run, name: str) -> Run:
     theta, rate = here.select([run.thermometers[-1]]).squeeze(1) - 20.0, here.table[:, -1]
     columns = {
         "scale_factor": [rate, theta * rate, theta**2 * rate],
-        "scale_factor_nonlinearity": [rate**2, rate**3, theta * rate**3],
+        "scale_factor_nonlinearity": [rate**2, rate**3, theta * rate**3, rate],
         "misalignment": [1e6 * rate.sign() * theta**power for power in range(3)],
         "dead_band": [0.0 * rate, 0.0 * rate, -1e6 * 4 * (rate / sizes[0]) / (3 + (rate / sizes[0]) ** 4)],
     }[name]
@@ -86,6 +86,33 @@ def test_one_that_was_planted_is_named_with_its_numbers(runs, catalogue, base, n
     for entry, size in zip(record["parameters"][name].values(), SIZES[name], strict=True):
         assert abs(entry["value"] - size) < 4 * entry["stderr"]
         assert not size or entry["stderr"] < 0.1 * abs(size)
+
+
+def curved(run: Run, line: float) -> Run:
+    """With a cubic of the rate beside a share of the rate itself."""
+    here = turned(run, stepped(run))
+    rate = here.table[:, -1]
+    return replace(here, error=here.error - 5e-8 * rate**3 + line * rate)
+
+
+def test_a_cubic_beside_the_line_that_was_fitted_to_it_is_one_effect(runs, catalogue, base) -> None:
+    """Over all runs, as it is where the scale factor comes from them; without it this would be a nonlinearity and a misalignment."""
+    rate = torch.cat([stepped(run) for run in runs()])
+    line = 5e-8 * float(rate.pow(4).sum() / rate.square().sum())
+    record = diagnose([curved(run, line) for run in runs()], base, catalogue).record
+    assert (record["verdict"], record["missing"]) == ("missing", ["scale_factor_nonlinearity"])
+    found = record["parameters"]["scale_factor_nonlinearity"]
+    for name, true in (("cubic", -0.05), ("line", 1e6 * line)):
+        assert abs(found[name]["value"] - true) < 4 * found[name]["stderr"] < 0.4 * abs(true)
+
+
+def test_beside_a_scale_factor_the_line_is_its_own(runs, catalogue, base) -> None:
+    both = ["scale_factor", "scale_factor_nonlinearity"]
+    record = diagnose([curved(run, 3e-4) for run in runs()], [*base, *both], catalogue).record
+    assert record["verdict"] == "complete"
+    offset, line = record["parameters"]["scale_factor"]["offset"], record["parameters"]["scale_factor_nonlinearity"]["line"]
+    assert abs(offset["value"] - 300.0) < 4 * offset["stderr"] < 200.0
+    assert (line["value"], line["stderr"]) == (0.0, None)
 
 
 @pytest.mark.parametrize(("rates", "varies"), [((0, 0), False), ((9.67, 9.67), False), ((9.67, -9.67), True), ((0, 1), True), ((100, 100.5), False)])

@@ -94,6 +94,17 @@ def test_its_parameters_are_declared_in_full(effect) -> None:
     assert effect.amplitude.tolist() == [0.0] * len(effect.amplitudes)
 
 
+def test_a_spare_amplitude_is_one_of_the_effect_that_it_names(effect, seen) -> None:
+    own = effect.columns(seen(effect), shapes(effect)[0])
+    for place, one in enumerate(effect.amplitudes):
+        if one.spare:
+            other = build("effects", one.spare)
+            theirs = other.columns(seen(other), shapes(other)[0])
+            assert any(torch.equal(own[:, place], theirs[:, there]) for there in range(theirs.shape[1]))
+            assert one.spare in effect.confused_with
+    assert not all(one.spare for one in effect.amplitudes), "an effect is something by itself"
+
+
 @pytest.mark.parametrize(("name", "one"), PARAMETERS, ids=[f"{name}.{one.name}" for name, one in PARAMETERS])
 def test_unit_and_physical_value_are_inverses(name, one) -> None:
     unit = torch.linspace(0, 1, 41, dtype=torch.float64)

@@ -328,7 +328,7 @@ def test_beside_a_constant_input_it_is_a_static_bias_at_the_same_place(name, see
 
 
 def test_odd_columns_flip_with_the_input_and_the_even_one_does_not(seen) -> None:
-    for name, signs in (("scale_factor", (-1, -1, -1)), ("scale_factor_nonlinearity", (1, -1, -1)), ("misalignment", (-1, -1, -1))):
+    for name, signs in (("scale_factor", (-1, -1, -1)), ("scale_factor_nonlinearity", (1, -1, -1, -1)), ("misalignment", (-1, -1, -1))):
         effect = build("effects", name)
         rate = torch.linspace(-180, 180, 37, dtype=torch.float64)
         _, columns = turned(effect, seen, rate, 45.0)
@@ -354,6 +354,15 @@ def test_a_dead_band_pulls_small_rates_to_zero_and_leaves_large_ones(seen) -> No
         assert float(rates[pulled.argmin()]) == pytest.approx(0.1, abs=1e-9)
         assert float((pulled[2001] - pulled[1999]) / (rates[2001] - rates[1999])) == pytest.approx(-10 * edge / (edge - 1), rel=1e-3)
         torch.testing.assert_close(pulled[3800:], -edge * (rates[3800:] / 0.1).pow(1 - edge), rtol=0.02, atol=0)
+
+
+def test_a_dead_band_is_one_that_the_input_leaves() -> None:
+    effect = build("effects", "dead_band")
+    seen = effect.driven_to(15.0)
+    assert (seen.shape[0].low, seen.shape[0].high, effect.shape[0].high) == (1e-8, 15.0, 1e7), "what was given stays as it is"
+    assert float(seen.shapes_to_try(3600.0, 1)[:, 0].max()) <= 15.0
+    assert seen.driven_to(15.0) is seen
+    assert effect.driven_to(0.0) is effect, "at rest there is nothing to see"
 
 
 def test_a_dead_band_is_a_dead_zone_or_locking_at_its_ends(seen) -> None:
@@ -385,12 +394,21 @@ def test_an_open_loop_is_the_cubic_to_the_next_order_of_the_sine(seen) -> None:
     """V0·sin(SΩ) with V0·S = 1 less Ω: −S²/6·Ω³, off by less than S⁴/120·Ω⁵, and by nearly that at full rate."""
     effect = build("effects", "scale_factor_nonlinearity")
     rate = torch.linspace(-RATE, RATE, 61, dtype=torch.float64)
-    effect.amplitude.data = torch.tensor([0.0, -1e6 * SAGNAC_S**2 / 6, 0.0], dtype=torch.float64)
+    effect.amplitude.data = torch.tensor([0.0, -1e6 * SAGNAC_S**2 / 6, 0.0, 0.0], dtype=torch.float64)
     history, _ = turned(effect, seen, rate)
     off = torch.sin(SAGNAC_S * rate) / SAGNAC_S - rate - effect(history).detach()
     next_order = SAGNAC_S**4 / 120 * rate**5
     assert bool((off.abs() <= next_order.abs() + 1e-15).all())
     torch.testing.assert_close(off, next_order, rtol=SAGNAC_S**2 * RATE**2 / 42, atol=1e-15)
+
+
+def test_of_a_cubic_the_line_is_that_of_the_best_fit(seen) -> None:
+    """−3/5 of the square of the range, where all of it is as often: the least squares of Ω³ by Ω."""
+    effect = build("effects", "scale_factor_nonlinearity")
+    rate = torch.linspace(-RATE, RATE, 20001, dtype=torch.float64)
+    _, columns = turned(effect, seen, rate)
+    cubic, line = columns[:, 1], columns[:, 3]
+    assert float(-(cubic @ line) / (line @ line)) == pytest.approx(-3 / 5 * RATE**2, rel=1e-3)
 
 
 def test_a_warmer_open_loop_is_scale_factor_and_cubic_together(seen) -> None:
@@ -400,7 +418,7 @@ def test_a_warmer_open_loop_is_scale_factor_and_cubic_together(seen) -> None:
     linear, cubic = build("effects", "scale_factor"), build("effects", "scale_factor_nonlinearity")
     c3 = -1e6 * SAGNAC_S**2 / 6
     linear.amplitude.data = torch.tensor([0.0, 1e6 * (v + s), 0.0], dtype=torch.float64)
-    cubic.amplitude.data = torch.tensor([0.0, c3, (v + 3 * s) * c3], dtype=torch.float64)
+    cubic.amplitude.data = torch.tensor([0.0, c3, (v + 3 * s) * c3, 0.0], dtype=torch.float64)
     for theta in (-HALF_SPAN_K, HALF_SPAN_K):
         modelled = sum(one(turned(one, seen, rate, 20.0 + theta)[0]).detach() for one in (linear, cubic))
         true = (1 + v * theta) * torch.sin(SAGNAC_S * (1 + s * theta) * rate) / SAGNAC_S - rate

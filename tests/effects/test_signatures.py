@@ -51,7 +51,7 @@ STANDS = {
     "hysteresis": Stand("constant", False, (-1,)),
     "polarization": Stand("constant", False, (1, -1, 1, -1, 1, -1)),
     "scale_factor": Stand("constant", False, (1, -1, 1), "value"),
-    "scale_factor_nonlinearity": Stand("constant", False, (1, 1, -1), "value"),
+    "scale_factor_nonlinearity": Stand("constant", False, (1, 1, -1, 1), "value"),
     "misalignment": Stand("constant", False, (1, -1, 1), "value"),
     "magnetic": Stand("constant", False, (1, -1)),
     "supply_voltage": Stand("constant", False, (1, 1)),

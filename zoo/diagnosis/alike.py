@@ -9,7 +9,7 @@ from zoo.diagnosis.shape_search import Beside
 from zoo.diagnosis.solved import Solved
 from zoo.diagnosis.workbench import Workbench
 from zoo.effects.bounds import to_physical, to_unit
-from zoo.fitting.projection import complement, orthonormal
+from zoo.fitting.projection import complement, orthonormal, project
 from zoo.fitting.variable_projection import fit
 from zoo.side_by_side import side_by_side
 
@@ -46,12 +46,15 @@ def indistinguishable(bench: Workbench, more: Solved, name: str, candidates: lis
     beside = Beside(more.design, more.design.places(more.fit.theta), basis, signal, bench.whitener, bench.span_s)
     allowed = max(INDISTINGUISHABLE, MODEL_ERROR * energy)
     others = [other for other in candidates if other not in more.names]
-    left = side_by_side(lambda other: _left(bench, beside, other), others)
+    left = side_by_side(lambda other: _left(bench, beside, other, allowed), others)
     return [other for other, cost in zip(others, left, strict=True) if cost < allowed]
 
 
-def _left(bench: Workbench, beside: Beside, other: str) -> float:
-    """χ² of a signal that another effect cannot reproduce, from the best of its shapes and refined from there."""
+def _left(bench: Workbench, beside: Beside, other: str, allowed: float) -> float:
+    """χ² of a signal that another effect cannot reproduce, from the best of its shapes and refined from there.
+
+    All of it, where what leaves no more than is allowed are amplitudes that make no effect by themselves.
+    """
     effect = bench.effects[other]
 
     def columns(theta: Tensor) -> Tensor:
@@ -59,6 +62,9 @@ def _left(bench: Workbench, beside: Beside, other: str) -> float:
         return complement(found, beside.basis)
 
     least, shape = beside.searched(effect, bench.shapes(other))
+    spare = [place for place, one in enumerate(effect.amplitudes) if one.spare]
+    if spare and least < allowed and float(project(columns(to_unit(shape, effect.shape).unsqueeze(0))[..., spare], beside.residual).cost) < allowed:
+        return float(beside.residual.square().sum())
     if least > PROMISING * float(beside.residual.square().sum()):
         return least
     return min(least, fit(columns, beside.residual, to_unit(shape, effect.shape).to(beside.residual), iterations=REFINEMENTS).cost)

@@ -116,7 +116,7 @@ class Solved:
         white, edge = (level * whitened).split([plain.shape[1] + 1, edge.shape[1]], dim=1)
         every = white[:, :-1] + torch.nn.functional.pad(edge, (plain.shape[1] - edge.shape[1], 0))
         white = torch.cat([white, level * with_rows(self.fit.held, white)])
-        found = trimmed(white[:, :-1], white[:, -1], self.fit.moves, list(effects.values()), each)
+        found = trimmed(white[:, :-1], white[:, -1], self.fit.moves, list(effects.values()), each, self._spare)
         shapes, blocks = self._shapes(effects, found.left)
         fixed = [place for place in found.left if place not in shapes]
         sizes = [[place for place in places if place in found.left] for places in effects.values()]
@@ -142,6 +142,12 @@ class Solved:
             return torch.full((len(declared),), torch.inf, dtype=torch.float64)
         sizes = [convert_parameter(max(abs(one.low), abs(one.high)), one.unit, "dph", unit) for one in declared]
         return torch.tensor(sizes, dtype=torch.float64).nan_to_num(nan=torch.inf)
+
+    @property
+    def _spare(self) -> list[int]:
+        """Places of the amplitudes that make no effect by themselves."""
+        declared = [one for _, effect in self.model.named_effects() for one in effect.amplitudes]
+        return [place for place, one in enumerate(declared) if one.spare]
 
     def _others(self, effects: Collection[str]) -> int:
         """How many parameters there are that are neither theirs nor whole numbers."""

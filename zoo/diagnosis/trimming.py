@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from collections.abc import Collection
+from dataclasses import dataclass, replace
+from functools import cached_property
 
 import torch
 from torch import Tensor
@@ -26,7 +28,7 @@ class Trimmed:
     choices: float
 
 
-def trimmed(whitened: Tensor, target: Tensor, moves: Tensor, given: list[list[int]], price: float) -> Trimmed:
+def trimmed(whitened: Tensor, target: Tensor, moves: Tensor, given: list[list[int]], price: float, spare: Collection[int] = ()) -> Trimmed:
     """Leave out, one at a time, the amplitudes that lower χ² by less than they cost, but one of each effect (backward elimination).
 
     A parameter of the shape goes when the last column does that depends on it. An effect with three lines in temperature, of which the gyro has
@@ -38,42 +40,65 @@ def trimmed(whitened: Tensor, target: Tensor, moves: Tensor, given: list[list[in
         moves: (P, K) whether a column depends on a parameter.
         given: places of the amplitudes of each effect that may be trimmed.
         price: χ² that a parameter must be worth.
+        spare: places of amplitudes that make no effect by themselves: another one of the same effect is left, and goes with them only where it is
+            worth its price.
     """
     norm = whitened.norm(dim=0).clamp_min(1e-300)
     scaled = whitened / norm
-    gram, right = scaled.mT @ scaled, scaled.mT @ target
     amplitudes = moves.shape[1]
     present = [i for i in range(whitened.shape[1]) if i < amplitudes or bool(moves[i - amplitudes].any())]
     effects = [[column for column in places if bool(whitened[:, column].any())] or places[:1] for places in given]
     dead = {column for places in given for column in places} - {column for places in effects for column in places}
-    present = [i for i in present if i not in dead]
-    kept, gain = [list(places) for places in effects], 0.0
+    here = whole = _Columns(scaled.mT @ scaled, scaled.mT @ target, moves, [i for i in present if i not in dead])
+    kept = [list(places) for places in effects]
     while True:
-        trials = {column: _without(present, column, moves) for places in kept if len(places) > 1 for column in places}
-        saved = {column: price * (len(present) - len(left)) - _loss(gram, right, present, left) for column, left in trials.items()}
-        least = max(saved, key=lambda column: saved[column], default=None)
-        if least is None or saved[least] <= 0:
+        less = {column: here.without(column) for places in kept for column in places if _an_effect(places, column, spare)}
+        least = min(less, key=lambda column: here.worth(less[column], price), default=None)
+        if least is None or here.worth(less[least], price) >= 0:
+            least = next((one for places in kept for one in _all_there_is(here, places, spare, price)), None)
+        if least is None:
             break
-        gain += price * (len(present) - len(trials[least])) - saved[least]
-        present = trials[least]
+        here = here.without(least)
         kept = [[column for column in places if column != least] for places in kept]
-    return Trimmed(gain, present, sum(math.log(math.comb(len(all_), len(left))) for all_, left in zip(effects, kept, strict=True)))
+    choices = sum(math.log(math.comb(len(all_), len(left))) for all_, left in zip(effects, kept, strict=True))
+    return Trimmed(whole.explained - here.explained, here.places, choices)
 
 
-def _without(present: list[int], column: int, moves: Tensor) -> list[int]:
-    """What is left without one amplitude: without the parameters, too, on which only its column depends."""
-    amplitudes = moves.shape[1]
-    left = [i for i in present if i != column]
-    columns = [i for i in left if i < amplitudes]
-    return [i for i in left if i < amplitudes or bool(moves[i - amplitudes, columns].any())]
+@dataclass(frozen=True)
+class _Columns:
+    """Some columns and tangents of a least-squares problem, by their places."""
+
+    gram: Tensor
+    right: Tensor
+    moves: Tensor
+    places: list[int]
+
+    def without(self, column: int) -> _Columns:
+        """What is left without one amplitude: without the parameters, too, on which only its column depends."""
+        amplitudes = self.moves.shape[1]
+        left = [i for i in self.places if i != column]
+        columns = [i for i in left if i < amplitudes]
+        return replace(self, places=[i for i in left if i < amplitudes or bool(self.moves[i - amplitudes, columns].any())])
+
+    @cached_property
+    def explained(self) -> float:
+        """χ² that they explain."""
+        part, along = self.gram[self.places][:, self.places], self.right[self.places]
+        factor, _ = torch.linalg.cholesky_ex(part + ridge_of(part))
+        return float((torch.linalg.solve_triangular(factor, along.unsqueeze(1), upper=False)).square().sum())
+
+    def worth(self, less: _Columns, price: float) -> float:
+        """By how much χ² grows when only a part of them is left, less what the others cost."""
+        return self.explained - less.explained - price * (len(self.places) - len(less.places))
 
 
-def _loss(gram: Tensor, right: Tensor, present: list[int], left: list[int]) -> float:
-    """Growth of χ² from one set of columns to a part of it."""
-    return _explained(gram, right, present) - _explained(gram, right, left)
+def _an_effect(places: list[int], column: int, spare: Collection[int]) -> bool:
+    """Whether the amplitudes of an effect are one without one of them."""
+    return any(other not in spare for other in places if other != column)
 
 
-def _explained(gram: Tensor, right: Tensor, places: list[int]) -> float:
-    part, along = gram[places][:, places], right[places]
-    factor, _ = torch.linalg.cholesky_ex(part + ridge_of(part))
-    return float((torch.linalg.solve_triangular(factor, along.unsqueeze(1), upper=False)).square().sum())
+def _all_there_is(here: _Columns, places: list[int], spare: Collection[int], price: float) -> list[int]:
+    """The spare amplitudes of an effect whose last other one is not worth its price."""
+    own = [column for column in places if column not in spare]
+    idle = len(own) == 1 and len(places) > 1 and here.worth(here.without(own[0]), price) < 0
+    return [column for column in places if column in spare] if idle else []

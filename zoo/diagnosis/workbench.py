@@ -83,7 +83,8 @@ class Workbench:
         self.varied_reference = reference_varies(runs)
         self.span_s = max(float(run.time[-1] - run.time[0]) for run in runs)
         before = before_each([(run.time, run.temperature) for run in runs])
-        self.effects = {name: effect.seen_over(self.span_s).after(before) for name, effect in effects.items()}
+        largest = max(float(run.table[:, -1].abs().max()) for run in runs)
+        self.effects = {name: effect.seen_over(self.span_s).driven_to(largest).after(before) for name, effect in effects.items()}
         self.blocks = sum(run.blocks for run in runs)
         self._solved: dict[frozenset[str], Solved] = {}
         self._earlier: dict[tuple[str, ...], Tensor] = {}

@@ -49,6 +49,8 @@ class Parameter:
         within: how far most gyros are from the default, as a standard deviation: a factor along a logarithm, else in the parameter's unit; 0 where
             every value between the bounds is as likely.
         usual: whether nearly every gyro has the default, so that a whole number counts as fitted only where it is another.
+        spare: of an amplitude the name of an effect that has the same column, and is where it is missing alone: it makes no effect by itself, and is
+            nothing beside that one.
     """
 
     name: str
@@ -62,6 +64,7 @@ class Parameter:
     grid: int = 8
     within: float = 0.0
     usual: bool = False
+    spare: str = ""
 
     def __post_init__(self) -> None:
         """Raises InputError for what no search can go through, where it is written and not in the middle of a fit."""
@@ -119,7 +122,8 @@ class Effect(nn.Module):
     Class attributes:
         name: the catalogue's name, also the YAML's.
         place: where the effect lives, ``"coil"`` or ``"housing"``.
-        shape: the parameters in which the columns are nonlinear (none to four); one effect may have narrower bounds than its class, see `seen_over`.
+        shape: the parameters in which the columns are nonlinear (none to four); one effect may have narrower bounds than its class, see `seen_over`,
+            `driven_to`.
         amplitudes: the parameters in which the error is linear, one a column.
         needs: recorded columns without which the effect cannot be computed.
         sharp: whether its columns change much within a few kelvins, without memory, so that a search has to look closely for where the place is.
@@ -194,6 +198,15 @@ class Effect(nn.Module):
             span_s: length of the longest run [s].
         """
         del span_s
+        return self
+
+    def driven_to(self, largest: float) -> Self:
+        """The effect with its shape as far as such true inputs can show it; by default as it is. A copy where the bounds are narrower than its own.
+
+        Args:
+            largest: size of the largest true input [output's unit].
+        """
+        del largest
         return self
 
     def after(self, before: Before) -> Self:

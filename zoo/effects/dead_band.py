@@ -32,6 +32,11 @@ class DeadBand(Effect):
     signature = "pulls the output towards zero near zero input, opposite for the two directions; nothing at rest and at large rates"
     confused_with = ("scale_factor", "scale_factor_nonlinearity", "misalignment")
 
+    def driven_to(self, largest: float) -> DeadBand:
+        """Widths that the input leaves, see `Effect.driven_to`: within one that it never leaves, this is a scale factor that is another one at
+        another rate."""
+        return self.bounded(0, self.shape[0].low, largest)
+
     def columns(self, history: History, shape: Tensor) -> Tensor:
         """−p·z/(p − 1 + |z|^p), at most 1, see `Effect.columns`."""
         width, edge = shape[..., 0:1], shape[..., 1:2]

@@ -92,7 +92,7 @@ class Design:
     @torch.no_grad()
     def _some(self, theta: Tensor) -> Tensor:
         physical = to_physical(theta, [p for _, p in self.model.parameters_of_theta()])
-        return torch.cat([self._of_stack(stack, physical) for stack in self.stacks], dim=-2)
+        return self.model.spared(torch.cat([self._of_stack(stack, physical) for stack in self.stacks], dim=-2))
 
     def _of_stack(self, stack: Stack, physical: Tensor) -> Tensor:
         """Block means of some runs; what several θ share (a Jacobian's steps mostly do) is computed once."""
