@@ -133,7 +133,7 @@ def test_amplitudes_of_which_one_is_out_of_bounds_are_left_to_the_simulator(name
 
 def test_a_shape_out_of_the_simulators_bounds_is_left_out() -> None:
     effect = CATALOGUE["dead_band"]
-    assert set(values(proposal(effect, fitted(effect) | {"width": 100.0}, "rad_per_s"))) == {"edge", "centre", "drift", "depth"}
+    assert set(values(proposal(effect, fitted(effect) | {"width": 100.0}, "rad_per_s"))) == {"edge", "depth"}
 
 
 def test_a_network_is_no_effect_of_a_simulated_gyro(tmp_path) -> None:
