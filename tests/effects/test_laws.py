@@ -105,6 +105,17 @@ def test_a_spare_amplitude_is_one_of_the_effect_that_it_names(effect, seen) -> N
     assert not all(one.spare for one in effect.amplitudes), "an effect is something by itself"
 
 
+def test_beside_what_it_would_repeat_a_spare_amplitude_is_nothing(effect, seen) -> None:
+    shape, spare = shapes(effect)[0], [place for place, one in enumerate(effect.amplitudes) if one.spare]
+    alone, less = effect.beside([effect.name]), effect.beside(NAMES)
+    assert alone is effect
+    assert (less is effect) is not bool(spare)
+    expected = effect.columns(seen(effect), shape)
+    expected[:, spare] = 0.0
+    assert torch.equal(less.columns(seen(effect), shape), expected)
+    assert less.beside([effect.name]).left_out == ()
+
+
 @pytest.mark.parametrize(("name", "one"), PARAMETERS, ids=[f"{name}.{one.name}" for name, one in PARAMETERS])
 def test_unit_and_physical_value_are_inverses(name, one) -> None:
     unit = torch.linspace(0, 1, 41, dtype=torch.float64)

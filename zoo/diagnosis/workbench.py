@@ -110,7 +110,7 @@ class Workbench:
 
     def design(self, names: tuple[str, ...]) -> Design:
         """The columns of a set of effects on the runs."""
-        return self._bare.of(GrayBox({name: copy.deepcopy(self.effects[name]) for name in names}, self.inputs, self.in_motion))
+        return self._bare.of(GrayBox({name: copy.deepcopy(self.effects[name].beside(names)) for name in names}, self.inputs, self.in_motion))
 
     @cached_property
     def _bare(self) -> Design:

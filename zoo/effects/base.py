@@ -5,6 +5,7 @@ from __future__ import annotations
 import copy
 import math
 import reprlib
+from collections.abc import Collection
 from dataclasses import dataclass, field, replace
 from numbers import Real
 from typing import TYPE_CHECKING, ClassVar, Literal, Self, get_args
@@ -49,8 +50,8 @@ class Parameter:
         within: how far most gyros are from the default, as a standard deviation: a factor along a logarithm, else in the parameter's unit; 0 where
             every value between the bounds is as likely.
         usual: whether nearly every gyro has the default, so that a whole number counts as fitted only where it is another.
-        spare: of an amplitude the name of an effect that has the same column, and is where it is missing alone: it makes no effect by itself, and is
-            nothing beside that one.
+        spare: of an amplitude the name of an effect that has the same column: it makes no effect by itself, and is left out beside that one, see
+            `Effect.beside`.
     """
 
     name: str
@@ -131,6 +132,7 @@ class Effect(nn.Module):
         runs_together: whether its columns are right for several runs at once, along a leading axis (see `History`); faster than one by one.
         moments: which shapes are moments in a run, in hours, at which the columns jump.
         filters: whether it is the thermometers' readings behind a filter and nothing else, as which it also makes up for their scatter.
+        left_out: names of the spare amplitudes whose columns are nothing, see `beside`.
         needs_varied_reference: whether the effect cannot be told from a bias where the true input is always the same.
         formula: plain-text formula.
         source: where it comes from.
@@ -150,6 +152,7 @@ class Effect(nn.Module):
     moments: ClassVar[tuple[str, ...]] = ()
     filters: ClassVar[bool] = False
     needs_varied_reference: ClassVar[bool] = False
+    left_out: tuple[str, ...] = ()
     formula: ClassVar[str] = ""
     source: ClassVar[str] = ""
     signature: ClassVar[str] = ""
@@ -208,6 +211,19 @@ class Effect(nn.Module):
         """
         del largest
         return self
+
+    def beside(self, others: Collection[str]) -> Self:
+        """The effect as it is fitted with others in one model: a copy without what one of them has as well, where there is that; else itself.
+
+        Args:
+            others: names of the effects in the model.
+        """
+        left_out = tuple(one.name for one in self.amplitudes if one.spare in others)
+        if left_out == self.left_out:
+            return self
+        less = copy.deepcopy(self)
+        less.left_out = left_out
+        return less
 
     def after(self, before: Before) -> Self:
         """The effect told what the gyro went through before each run, for what goes on from run to run; by default as it is, else a copy.

@@ -6,7 +6,7 @@ import torch
 from torch import Tensor
 
 from zoo.effects.base import REFERENCE_C, Effect, History, Parameter, spread
-from zoo.effects.scale_factor import PPM
+from zoo.effects.scale_factor import PPM, ScaleFactor
 
 
 class ScaleFactorNonlinearity(Effect):
@@ -28,7 +28,7 @@ class ScaleFactorNonlinearity(Effect):
         Parameter("quadratic", 0.0, "ppm/(unit)", -1e6, 1e6, source="engineering prior: any unit of the output", meaning="c2, even in the input"),
         Parameter("cubic", 0.0, "ppm/(unit)^2", -1e6, 1e6, source="S²/6, S 0.13–1.2 s: 0.9–76 with °/s, 3e3–2.5e5 with rad/s", meaning="c3 at 20 °C"),
         Parameter("cubic_slope", 0.0, "ppm/(unit)^2/K", -1e4, 1e4, source="prior: up to 0.2 %/K of c3", meaning="c4"),
-        Parameter("line", 0.0, "ppm", -1e6, 1e6, source="−c3·Ω² at the input where the fitted line is right", meaning="c1", spare="scale_factor"),
+        Parameter("line", 0.0, "ppm", -1e6, 1e6, source="−c3·Ω² at the input where the fitted line is right", meaning="c1", spare=ScaleFactor.name),
     )
     formula = "c2·Ω² + (c3 + c4·θ)·Ω³ + c1·Ω,  θ = T − 20 °C"
     source = "IEEE Std 952 f(I); Lefèvre, The Fiber-Optic Gyroscope: V0·sin(S·Ω)"
@@ -38,5 +38,6 @@ class ScaleFactorNonlinearity(Effect):
     def columns(self, history: History, shape: Tensor) -> Tensor:
         """Ω², Ω³, θ·Ω³ and Ω in millionths, see `Effect.columns`; no shape."""
         rate, theta = history.reference, history.temperature - REFERENCE_C
-        powers = torch.broadcast_tensors(rate**2, rate**3, theta * rate**3, rate)
+        line = 0.0 * rate if "line" in self.left_out else rate
+        powers = torch.broadcast_tensors(rate**2, rate**3, theta * rate**3, line)
         return spread(PPM * torch.stack(powers, dim=-1), shape)

@@ -92,7 +92,7 @@ class Design:
     @torch.no_grad()
     def _some(self, theta: Tensor) -> Tensor:
         physical = to_physical(theta, [p for _, p in self.model.parameters_of_theta()])
-        return self.model.spared(torch.cat([self._of_stack(stack, physical) for stack in self.stacks], dim=-2))
+        return torch.cat([self._of_stack(stack, physical) for stack in self.stacks], dim=-2)
 
     def _of_stack(self, stack: Stack, physical: Tensor) -> Tensor:
         """Block means of some runs; what several θ share (a Jacobian's steps mostly do) is computed once."""
@@ -111,7 +111,9 @@ class Design:
                 history = place.take(own[:, 0].long()) if effect.place == "coil" else place
                 return stack.block_means(effect, history, partial(_columns, effect, own[:, 1:]), len(own))
 
-            keys = [(stack, type(effect), name, coils[int(at)] if effect.place == "coil" else (), *own) for at, *own in rows.tolist()]
+            keys = [
+                (stack, type(effect), effect.left_out, name, coils[int(at)] if effect.place == "coil" else (), *own) for at, *own in rows.tolist()
+            ]
             parts.append(self._remembered.batch(keys, made)[index])
         return torch.cat(parts, dim=-1)
 

@@ -71,13 +71,6 @@ class GrayBox(Model):
         """The effects with their names, in order."""
         return self.effects.named()
 
-    def spared(self, columns: Tensor) -> Tensor:
-        """Columns (..., K) with nothing in those that another effect of the model has as well, see `Parameter.spare`."""
-        effects = dict(self.named_effects())
-        declared = [one for effect in effects.values() for one in effect.amplitudes]
-        places = [place for place, one in enumerate(declared) if one.spare in effects]
-        return columns.index_fill(-1, torch.tensor(places, device=columns.device), 0.0) if places else columns
-
     @property
     def needs(self) -> frozenset[str]:
         """Recorded columns that the effects ask for."""
@@ -133,7 +126,7 @@ class GrayBox(Model):
         """
         physical = to_physical(theta, [p for _, p in self.parameters_of_theta()])
         coil, shape = physical.split([len(self.coil_parameters), physical.shape[1] - len(self.coil_parameters)], dim=1)
-        return self.spared(self.effects.columns(self.histories(x, coil, run), shape))
+        return self.effects.columns(self.histories(x, coil, run), shape)
 
     def shares(self, x: Tensor, run: int = UNSEEN) -> dict[str, Tensor]:
         """(T,) error of each effect [output's unit] by name."""
