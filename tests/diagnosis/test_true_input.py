@@ -106,6 +106,14 @@ def test_a_cubic_beside_the_line_that_was_fitted_to_it_is_one_effect(runs, catal
         assert abs(found[name]["value"] - true) < 4 * found[name]["stderr"] < 0.4 * abs(true)
 
 
+def test_a_line_by_itself_is_a_scale_factor_and_no_nonlinearity(runs, catalogue, base) -> None:
+    found = [turned(run, stepped(run)) for run in runs()]
+    record = diagnose([replace(run, error=run.error + 3e-4 * run.table[:, -1]) for run in found], base, catalogue).record
+    assert (record["verdict"], record["missing"]) == ("missing", ["scale_factor"])
+    (first,) = [one for one in record["candidates"] if one["effect"] == "scale_factor"]
+    assert "scale_factor_nonlinearity" not in first["indistinguishable_from"]
+
+
 def test_beside_a_scale_factor_the_line_is_its_own(runs, catalogue, base) -> None:
     both = ["scale_factor", "scale_factor_nonlinearity"]
     record = diagnose([curved(run, 3e-4) for run in runs()], [*base, *both], catalogue).record
