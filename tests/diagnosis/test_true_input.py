@@ -11,7 +11,7 @@ import torch
 from torch import Tensor
 
 from zoo.catalog import build, names
-from zoo.diagnosis.diagnose import diagnose
+from zoo.diagnosis.diagnose import diagnose, open_bench
 from zoo.diagnosis.preparation import reference_varies
 from zoo.measurements.run import Run
 
@@ -121,6 +121,14 @@ def test_beside_a_scale_factor_the_line_is_its_own(runs, catalogue, base) -> Non
     offset, line = record["parameters"]["scale_factor"]["offset"], record["parameters"]["scale_factor_nonlinearity"]["line"]
     assert abs(offset["value"] - 300.0) < 4 * offset["stderr"] < 200.0
     assert (line["value"], line["stderr"]) == (0.0, None)
+
+
+def test_columns_alone_are_not_taken_for_those_beside_another(runs, catalogue, base) -> None:
+    """Of one bench, which remembers columns for all of its models."""
+    bench = open_bench([turned(run, stepped(run)) for run in runs()], base, catalogue)
+    for effects, has_line in ((("scale_factor_nonlinearity",), True), (("scale_factor", "scale_factor_nonlinearity"), False)) * 2:
+        design = bench.design(effects)
+        assert bool(design.plain_columns(design.model.theta().unsqueeze(0))[..., -1].any()) is has_line
 
 
 @pytest.mark.parametrize(("rates", "varies"), [((0, 0), False), ((9.67, 9.67), False), ((9.67, -9.67), True), ((0, 1), True), ((100, 100.5), False)])

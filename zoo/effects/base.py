@@ -132,7 +132,7 @@ class Effect(nn.Module):
         runs_together: whether its columns are right for several runs at once, along a leading axis (see `History`); faster than one by one.
         moments: which shapes are moments in a run, in hours, at which the columns jump.
         filters: whether it is the thermometers' readings behind a filter and nothing else, as which it also makes up for their scatter.
-        left_out: names of the spare amplitudes whose columns are nothing, see `beside`.
+        left_out: names of the spare amplitudes that `columns` has to make nothing, see `beside`; empty of a class.
         needs_varied_reference: whether the effect cannot be told from a bias where the true input is always the same.
         formula: plain-text formula.
         source: where it comes from.
