@@ -74,7 +74,7 @@ def test_in_every_round_of_a_search_what_the_posterior_leaves_is_the_chance_of_n
 @pytest.mark.parametrize("hidden", ["", "bias_step", "polarization"])
 def test_hypotheses_sum_to_one_with_the_unknown_and_the_verdict_is_the_first(diagnosis, hidden) -> None:
     found = diagnosis(hidden)
-    listed = hypotheses(found.search, found.structure, 0.0)
+    listed = hypotheses(found.search, found.structure, 0.0, found.bench.effects)
     assert sum(one.probability for one in listed) + unknown(found.structure) == pytest.approx(1)
     assert len({(one.effects, one.faint) for one in listed}) == len(listed)
     assert listed[0].effects == ((hidden,) if hidden else ())
@@ -94,7 +94,7 @@ def test_what_cannot_be_seen_is_as_probable_as_its_odds_say(diagnosis, hidden, o
     found = diagnosis(hidden)
     effects = (hidden,) if hidden else ()
     for share in (0.3, 1.0):
-        listed = {(one.effects, one.faint): one.probability for one in hypotheses(found.search, found.structure, share)}
+        listed = {(one.effects, one.faint): one.probability for one in hypotheses(found.search, found.structure, share, found.bench.effects)}
         assert sum(listed.values()) + unknown(found.structure) == pytest.approx(1)
         beside = {named: chance for (named, faint), chance in listed.items() if faint}
         assert effects in beside
@@ -230,7 +230,7 @@ def test_all_that_is_said_of_a_candidate_is_from_one_round(diagnosis, hidden) ->
     """Its numbers; the parameters of an effect that is added are those of the model that has it. Its probability is that of all sets that have it."""
     found = diagnosis(hidden)
     limits = [(limit["hidden"], limit["odds"]) for limit in found.record["detection_limits"].values()]
-    weighed = hypotheses(found.search, found.structure, too_small(limits, alone=False))
+    weighed = hypotheses(found.search, found.structure, too_small(limits, alone=False), found.bench.effects)
     said = {one["effect"]: one for one in found.record["candidates"]}
     first = found.search.steps[0]
     assert first.chosen == hidden

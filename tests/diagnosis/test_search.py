@@ -289,7 +289,7 @@ def test_no_set_with_more_in_it_is_likelier_than_what_was_named(diagnosis) -> No
     *others, last = found.search.steps
     assert set(last.before.names) == set(found.search.final.names)
     refused = Step(last.before, [replace(last.trials[0], evidence=60.0, refitted=True), *last.trials[1:]], last.accept)
-    listed = hypotheses(replace(found.search, steps=[*others, refused]), found.structure, 0.0)
+    listed = hypotheses(replace(found.search, steps=[*others, refused]), found.structure, 0.0, found.bench.effects)
     chances = {one.effects: one.probability for one in listed if not one.faint}
     more = tuple(sorted(["bias_step", last.trials[0].screened.name]))
     assert chances[("bias_step",)] >= chances[more] > 0.4, "half believed"
@@ -324,7 +324,7 @@ def test_an_addition_on_little_evidence_that_noise_was_no_alternative_to_is_beli
     own = next(trial for trial in first.trials if trial.screened.name == "bias_step")
     rest = [replace(trial, evidence=-5.0) for trial in first.trials if trial is not own]
     little = Step(first.before, [replace(own, evidence=2.0), *rest], first.accept, first.chosen)
-    listed = hypotheses(replace(found.search, steps=[little, *others]), found.structure, 0.0)
+    listed = hypotheses(replace(found.search, steps=[little, *others]), found.structure, 0.0, found.bench.effects)
     assert listed[0].effects == ("bias_step",)
     assert listed[0].probability > 0.8
 

@@ -313,3 +313,18 @@ def test_an_effect_that_cannot_be_told_from_a_misplaced_coil_counts_as_one() -> 
     twins = [{"effect": "aging", "indistinguishable_from": ["thermal_gradient"]}]
     assert "aging may be heat from elsewhere" in words({**diagnosis, "candidates": twins})
     assert "elsewhere" not in words(diagnosis)
+
+
+def test_what_happened_in_fitted_runs_alone_is_not_to_be_borne_out_by_others() -> None:
+    step = {"onset": {"value": 2.0}, "step": {"value": 0.1}}
+    for run, told in ((2.0, True), (0.0, False), (-2.0, False)):
+        of = refined([1.0, 1.1], borne_out=False, parameters={"hysteresis": step, "hysteresis_2": {**step, "run": {"value": run}}})
+        of["times"] = {"hysteresis": ["hysteresis", "hysteresis_2"]}
+        sentences = verdict_of({}, of).sentences
+        assert ("hysteresis happened in fitted runs alone" in " ".join(sentences)) is told
+
+
+def test_of_what_is_missing_several_times_the_headline_says_how_often_and_not_of_what_was_there() -> None:
+    of: Record = {"verdict": "missing", "missing": ["bias_step"], "effects": ["shupe"], "times": {"bias_step": ["bias_step_2", "bias_step"]}}
+    assert verdict_of(of).headline == "Missing: bias_step, 2 times"
+    assert verdict_of({**of, "effects": ["shupe", "bias_step"]}).headline == "Missing: bias_step"

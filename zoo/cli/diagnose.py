@@ -44,7 +44,7 @@ def run(config: DictConfig, out: Path) -> Path:
         fitted, left = [run.to("cpu") for run in found.bench.runs], None if asked.as_given else first.residual
         drawn = [*traces(fitted, "fit", base, refined, left, last.residual), *traces(check_runs, "check", base, refined)]
         stub = write_stub(found.record, out)
-        known, own = next_commands(found.search.missing), stub_commands(found.record, out)
+        known, own = next_commands(found.record["missing"]), stub_commands(found.record, out)
         commands = [*own, *known] if form_is_better(found.record) else [*known, *own]
         if found.record["verdict"] == "complete" and asked.saved is None:
             commands = [save_command()]

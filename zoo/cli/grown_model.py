@@ -19,6 +19,7 @@ from zoo.diagnosis.diagnose import Diagnosis, diagnose
 from zoo.diagnosis.refine import Refinement, refine
 from zoo.diagnosis.regions import regions, runs_rms
 from zoo.diagnosis.solved import Solved
+from zoo.effects.repeated import kind
 from zoo.given import of_the_house
 from zoo.measurements.run import Run
 from zoo.models.base import Model
@@ -40,7 +41,7 @@ def examine(asked: Subject, runs: list[Run], progress: Progress) -> tuple[Diagno
     with _nothing_is_trained_after(asked):
         found = diagnose(runs, asked.effects, asked.catalogue, progress)
     missing = found.search.missing
-    if asked.network is None or not missing or (len(missing) == 1 and found.verdict == "missing"):
+    if asked.network is None or not missing or (len(found.record["missing"]) == 1 and found.verdict == "missing"):
         return _told(found, asked), asked
     progress(f"training with {missing[0]}, to look again")
     beside = next(solved for solved in _rungs(found) if missing[0] in solved.names)
@@ -171,13 +172,23 @@ def model_config(config: DictConfig, asked: Subject, model: Model) -> dict[str, 
     given = {**plain(config.get("effects") or {}), **own}
     sum_of = model.physics if isinstance(model, Hybrid) else model
     assert isinstance(sum_of, GrayBox)
-    effects = {name: given.get(name) or plain(load("effects", name, searchpath())[name]) for name, _ in sum_of.named_effects()}
-    kind = type(model)
-    parts = {"_target_": f"{kind.__module__}.{kind.__qualname__}", "effects": effects, "inputs": sum_of.inputs, "in_motion": sum_of.in_motion}
+    effects = {name: given.get(name) or _of_catalogue(kind(name, effect)) for name, effect in sum_of.named_effects()}
+    own_class = type(model)
+    parts = {
+        "_target_": f"{own_class.__module__}.{own_class.__qualname__}",
+        "effects": effects,
+        "inputs": sum_of.inputs,
+        "in_motion": sum_of.in_motion,
+    }
     if isinstance(model, Hybrid):
         assert saved is not None
         parts["network"] = saved.get("network", saved)
     return parts
+
+
+def _of_catalogue(name: str) -> Any:
+    """How an effect is made."""
+    return plain(load("effects", name, searchpath())[name])
 
 
 def _saved_config(folder: Path) -> dict[str, Any]:

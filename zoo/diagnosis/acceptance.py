@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterable
 
 from zoo.diagnosis.corrections import has_own_input, is_smooth, stands_apart
 from zoo.diagnosis.cross_validation import segment_cost
@@ -10,6 +11,7 @@ from zoo.diagnosis.solved import Solved
 from zoo.diagnosis.structure import leaves_noise
 from zoo.diagnosis.trials import OVERWHELMING, Step, Trial
 from zoo.diagnosis.workbench import FAR, QUIET, Workbench
+from zoo.effects.repeated import kind, kinds
 
 ACCEPT, FIRST = 7.0, 2.3
 """Log Bayes factor that an effect must reach over the model without it, on top of the logarithm of the number of candidates: 1100 : 1; 10 : 1 for
@@ -130,14 +132,21 @@ def _corrects(bench: Workbench, base: Solved, before: Solved, addition: Trial) -
 def _mops_up(bench: Workbench, base: Solved, before: Solved, addition: Trial) -> bool:
     """Whether an addition may be making up for the simplified form of those before it.
 
-    That is where it explains little beside them, or where they left noise and it adds little to the evidence.
+    That is where it explains little beside them, or where they left noise and it adds little to the evidence. What happens once more does not.
     """
     assert addition.solved is not None
+    if _once_more(bench, addition.screened.name, before.names):
+        return False
     explained, more = base.rms**2 - before.rms**2, before.rms**2 - addition.solved.rms**2
     if explained <= 0:
         return False
     little = addition.evidence < OVERWHELMING and more < MOPPING_UP * explained
     return little or (addition.evidence < MINOR * bench.evidence(base, before) and leaves_noise(bench, before, base))
+
+
+def _once_more(bench: Workbench, name: str, others: Iterable[str]) -> bool:
+    """Whether an effect is what one of the others is as well, at another moment."""
+    return kind(name, bench.effects[name]) in kinds((other for other in others if other != name), bench.effects)
 
 
 def pruned(bench: Workbench, full: Solved, base: Solved) -> Solved:
@@ -149,7 +158,7 @@ def pruned(bench: Workbench, full: Solved, base: Solved) -> Solved:
     for name in [other for other in full.names[:-1] if other not in base.names]:
         less = bench.without(full, name)
         own = bench.evidence(less, full)
-        minor = own < MINOR * bench.evidence(base, full)
+        minor = own < MINOR * bench.evidence(base, full) and not _once_more(bench, name, full.names)
         if own < ACCEPT or (minor and leaves_noise(bench, less, base) and not stands_apart(bench, base, less, full, own, ACCEPT)):
             full = less
     return full

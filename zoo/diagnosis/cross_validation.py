@@ -46,11 +46,13 @@ class FromOthers(NamedTuple):
         left: RMS of what they leave of it [unit].
         bare: RMS of its error [unit].
         known: whether they know enough of it; if so, both are of what they know, else of the whole run.
+        beside_own: RMS of what is left of the whole run once what happens in it alone is fitted to that [unit].
     """
 
     left: float
     bare: float
     known: bool
+    beside_own: float
 
 
 def from_other_runs(bench: Workbench, solved: Solved, places: list[int]) -> list[FromOthers]:
@@ -73,7 +75,9 @@ def from_other_runs(bench: Workbench, solved: Solved, places: list[int]) -> list
         known = _reached(columns[keep], columns[part])
         enough = int(keep.sum()) >= ENOUGH * columns.shape[1] and float(known.double().mean()) >= KNOWN
         counts = known if enough else torch.ones_like(known)
-        found.append(FromOthers(rms(left[part][counts]), rms(target[part][counts]), enough))
+        own = (columns[keep] == 0.0).all(dim=0)
+        beside_own = project(columns[part][:, own], left[part]).residual if bool(own.any()) else left[part]
+        found.append(FromOthers(rms(left[part][counts]), rms(target[part][counts]), enough, rms(beside_own)))
     return found
 
 

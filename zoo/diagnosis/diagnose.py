@@ -16,7 +16,7 @@ from zoo.diagnosis.experiment.proposal import Proposal
 from zoo.diagnosis.experiment.propose import propose
 from zoo.diagnosis.experiment.rivals import rivals_of
 from zoo.diagnosis.noise_likelihood import NoiseMixtures
-from zoo.diagnosis.parameters import fitted_parameters
+from zoo.diagnosis.parameters import fitted_parameters, times_of
 from zoo.diagnosis.posterior import Hypothesis, hypotheses, posterior, too_small, unknown
 from zoo.diagnosis.preparation import check_swing, without_spikes
 from zoo.diagnosis.regions import regions, runs_rms
@@ -28,6 +28,7 @@ from zoo.diagnosis.structure import Structure, examine
 from zoo.diagnosis.trials import Step, Trial
 from zoo.diagnosis.workbench import Workbench
 from zoo.effects.base import RUN, Effect, Parameter
+from zoo.effects.repeated import kind, kinds
 from zoo.errors import InputError, nearest
 from zoo.fitting.noise import floors_of, noise_of
 from zoo.measurements.run import Run
@@ -123,7 +124,7 @@ def diagnose(runs: list[Run], effects: list[str], catalogue: dict[str, Effect], 
     """
     bench = open_bench(runs, effects, catalogue)
     progress("fitting the model as it stands")
-    candidates = [name for name in bench.available() if name not in effects]
+    candidates = [name for name in bench.available() if name not in effects or bench.effects[name].again]
     bench, found = settle(bench, tuple(effects), candidates, progress)
     base = found.base
     progress("testing what is left")
@@ -137,9 +138,9 @@ def diagnose(runs: list[Run], effects: list[str], catalogue: dict[str, Effect], 
     told = _description(bench, found) if verdict == "unknown" else None
     complete = found.final if structure.is_noise else told and told.complete
     floor = bench.reached_floor(complete) if complete else bench.mixtures.white
-    others = [name for name in candidates if name not in found.final.names]
+    missing, others = kinds(found.missing, bench.effects), _not_in(found.final, candidates, bench)
     limits = detection_limits(bench, found.final, others, accepted(base, found.final))
-    weighed = hypotheses(found, structure, too_small([(limit.hidden, limit.odds) for limit in limits.values()], alone=not found.missing))
+    weighed = hypotheses(found, structure, too_small([(limit.hidden, limit.odds) for limit in limits.values()], alone=not missing), bench.effects)
     shown, floors = found.as_it_stands, floors_of(bench.runs, floor)
     record = {
         "schema_version": SCHEMA_VERSION,
@@ -158,7 +159,7 @@ def diagnose(runs: list[Run], effects: list[str], catalogue: dict[str, Effect], 
         "rms_uncompensated": rms(base.design.error),
         "rms_final": (found.final if found.missing else shown).rms,
         "verdict": verdict,
-        "missing": found.missing,
+        "missing": missing,
         "outdone": structure.outdone,
         "posterior": _posterior(weighed, structure),
         "candidates": _candidates(bench, found, candidates, weighed),
@@ -169,6 +170,7 @@ def diagnose(runs: list[Run], effects: list[str], catalogue: dict[str, Effect], 
         "next_experiment": None,
         "unexplained": [],
         "parameters": fitted_parameters(found.final, runs[0].unit),
+        "times": times_of(found.final),
         "not_tried": {name: bench.lacking(name) for name in catalogue if name not in effects and bench.lacking(name)},
         "notes": [*(note for run in bench.runs for note in run.notes), *_unequal(floors), *_numbered(len(runs), bench.effects)],
     }
@@ -213,7 +215,7 @@ def _numbered(runs: int, effects: dict[str, Effect]) -> list[str]:
 
 def _experiment(bench: Workbench, found: Search, record: dict[str, Any], progress: Callable[[str], None]) -> Proposal | None:
     """The run that would tell apart what these do not; None where nothing is open."""
-    twins = {entry["effect"]: entry["indistinguishable_from"] for entry in record["candidates"] if entry["effect"] in found.missing}
+    twins = {entry["effect"]: entry["indistinguishable_from"] for entry in record["candidates"] if entry["effect"] in record["missing"]}
     rivals = rivals_of(bench, found, twins)
     if len(rivals) < 2:
         return None
@@ -241,16 +243,18 @@ def _posterior(weighed: list[Hypothesis], structure: Structure) -> list[dict[str
 
 def _candidates(bench: Workbench, found: Search, names: list[str], weighed: list[Hypothesis]) -> list[dict[str, Any]]:
     first = found.steps[0]
-    chance = {name: sum(one.probability for one in weighed if name in one.effects) for name in names}
     tried = [trial.screened.name for trial in first.trials]
-    asked = found.missing or [trial.screened.name for trial in first.trials[:1] if trial.refitted and trial.evidence > 0]
-    others = [name for name in names if name not in found.missing]
+    added = {kind(name, bench.effects[name]): name for name in reversed(found.missing)}  # of what was added several times, the first
+    asked = [*reversed(added.values())] or [trial.screened.name for trial in first.trials[:1] if trial.refitted and trial.evidence > 0]
+    chance = {name: sum(one.probability for one in weighed if kind(name, bench.effects[name]) in one.effects) for name in [*tried, *asked]}
+    others = _not_in(found.final, names, bench)
     entries = [_candidate(bench, found, name, chance[name], others) for name in asked]  # each beside all others side by side
-    entries += side_by_side(lambda name: _candidate(bench, found, name, chance[name], []), [name for name in tried if name not in asked])
+    rest = [name for name in tried if not {name, added.get(kind(name, bench.effects[name]))}.intersection(asked)]
+    entries += side_by_side(lambda name: _candidate(bench, found, name, chance[name], []), rest)
     twins = {entry["effect"]: entry["indistinguishable_from"] for entry in entries}
     for entry in entries[len(asked) :]:  # neither can be told from the other
-        entry["indistinguishable_from"] = [name for name in asked if entry["effect"] in twins[name]]
-    rank = {name: i for i, name in enumerate(found.missing)}
+        entry["indistinguishable_from"] = [one["effect"] for one in entries[: len(asked)] if entry["effect"] in twins[one["effect"]]]
+    rank = {name: i for i, name in enumerate(kinds(found.missing, bench.effects))}
     return sorted(entries, key=lambda entry: (rank.get(entry["effect"], len(rank)), -entry["probability"], entry["delta_bic"]))
 
 
@@ -264,7 +268,7 @@ def _candidate(bench: Workbench, found: Search, name: str, chance: float, compar
     solved = trial.solved or bench.peek(step.before, name, trial.screened.shape, trial.screened.start)
     effect = bench.effects[name]
     return {
-        "effect": name,
+        "effect": kind(name, effect),
         "probability": chance,
         "rms": solved.rms,
         "rms_cross_validated": rms_by_run(bench, solved),
@@ -286,7 +290,13 @@ def _alike(bench: Workbench, step: Step, own: Trial, solved: Solved, compare_wit
     as_likely = [one.screened.name for one in step.trials if one is not own and one.refitted and one.evidence > own.evidence - CLOSE]
     gains = {one.screened.name: one.screened.gain for one in step.trials}
     promising = [name for name in compare_with if gains.get(name, 0.0) > PROMISING * own.screened.gain or name not in gains]
-    return list(dict.fromkeys([*as_likely, *indistinguishable(bench, solved, own.screened.name, promising)]))
+    found = [*as_likely, *indistinguishable(bench, solved, own.screened.name, promising)]
+    return [name for name in kinds(found, bench.effects) if name != kind(own.screened.name, bench.effects[own.screened.name])]
+
+
+def _not_in(solved: Solved, names: list[str], bench: Workbench) -> list[str]:
+    """Those of some effects in the catalogue that a model does not have."""
+    return [name for name in names if name not in kinds(solved.names, bench.effects)]
 
 
 def _round_for(found: Search, name: str) -> Step:

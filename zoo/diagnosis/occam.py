@@ -18,6 +18,9 @@ ALONG_A_LINE = math.sqrt(2.0 * math.pi) / 4.0
 """Times the root of χ² per block: of the moments that a parabola tells apart the share that a straight line does, see `of_moments`."""
 BEYOND = 1e6
 """Times the largest of its bounds from which on an amplitude costs more: whatever the unit that bounds were meant in, no gyro is so far from them."""
+AGAIN = math.log(20.0)
+"""Logarithm of how much likelier it is that what has happened once happens again than that any one of the catalogue's effects is there: as likely as
+that one of them all is."""
 FAINTEST = 1.0
 """Size in standard deviations below which an amplitude costs no less: a signal in the noise tells nothing of its size."""
 

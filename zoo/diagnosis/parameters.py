@@ -6,7 +6,9 @@ import torch
 from torch import Tensor
 
 from zoo.diagnosis.solved import Solved
+from zoo.effects.base import RUN
 from zoo.effects.bounds import to_physical, to_unit
+from zoo.effects.repeated import by_kind
 from zoo.fitting.parameters import Fitted, parameters_of
 from zoo.fitting.projection import project
 
@@ -23,6 +25,17 @@ def fitted_parameters(solved: Solved, unit: str) -> dict[str, Fitted]:
     covariance = solved.fit.covariance(scores(solved))
     least = others_as_good(solved, covariance.diagonal().clamp_min(0.0).sqrt())
     return parameters_of(solved.model, solved.fit, unit, covariance, least)
+
+
+def times_of(solved: Solved) -> dict[str, list[str]]:
+    """Under which names a model has what it has several times, by what the catalogue calls that: in the order of runs, and of moments in a run."""
+    effects = dict(solved.model.named_effects())
+
+    def when(name: str) -> list[float]:
+        values = dict(zip((one.name for one in effects[name].shape), solved.shape_of(name).tolist(), strict=True))
+        return [abs(values.get(RUN, 0.0)), *(values[moment] for moment in effects[name].moments)]
+
+    return {one: sorted(names, key=when) for one, names in by_kind(effects, effects).items() if names != [one]}
 
 
 def others_as_good(solved: Solved, errors: Tensor) -> Tensor:

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import math
+from collections import defaultdict
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
 
 import torch
@@ -11,6 +13,8 @@ from torch import Tensor
 from zoo.diagnosis.search import Search
 from zoo.diagnosis.structure import Structure
 from zoo.diagnosis.trials import LITTLE, Step
+from zoo.effects.base import Effect
+from zoo.effects.repeated import kinds
 
 FAINT = 1e-12
 
@@ -76,34 +80,43 @@ def too_small(known: list[tuple[float, float]], alone: bool) -> float:
     return sum(each) / max(len(each), 1)
 
 
-def hypotheses(found: Search, structure: Structure, odds: float) -> list[Hypothesis]:
+def hypotheses(found: Search, structure: Structure, odds: float, effects: Mapping[str, Effect]) -> list[Hypothesis]:
     """The effects that were found and what differs from them in one, likeliest first; what their probabilities lack to 1 is the unknown's.
 
-    A set's probability is the product of those of its effects, each beside the others, and of nothing more being needed. What is too small to be
-    named has the odds that looking left it.
+    A set's probability is the product of those of its effects, each beside the others, and of nothing more being needed; how often one happens that
+    may happen several times makes no other set. What is too small to be named has the odds that looking left it.
 
     Args:
         found: the search.
         structure: the absolute test of its final model.
         odds: of a missing effect that is too small to be seen against none, if both were as likely before, see `zoo.diagnosis.detection_limits`.
+        effects: by the names that the models have for them.
     """
+    sets: defaultdict[tuple[str, ...], float] = defaultdict(float)
+
+    def add(names: Iterable[str], weight: float) -> None:
+        sets[tuple(sorted(kinds(names, effects)))] += weight
+
     members = {name: _chances(_round_of(found, name), name) for name in found.missing}
     last = _last(found)
     more = _refused(posterior(last)) if last else {}
     stop = max(1.0 - sum(more.values()), FAINT)
     whole = math.prod(max(chances[name], FAINT) for name, chances in members.items()) * stop
-    sets = {tuple(sorted(found.missing)): whole}
+    add(found.missing, whole)
     for name, chances in members.items():
         others = [other for other in found.missing if other != name]
         each = whole / max(chances[name], FAINT)
-        sets[tuple(sorted(others))] = each * max(1.0 - sum(chances.values()), 0.0)
-        sets |= {tuple(sorted([*others, other])): each * chance for other, chance in chances.items() if other not in found.missing}
-    sets |= {tuple(sorted([*found.missing, other])): whole / stop * chance for other, chance in more.items()}
-    alone = 1.0 / (1.0 + odds * (ANOTHER ** len(found.missing) if found.missing else SOMETHING))
-    size = len(found.missing)
+        add(others, each * max(1.0 - sum(chances.values()), 0.0))
+        for other, chance in chances.items():
+            if other not in found.missing:
+                add([*others, other], each * chance)
+    for other, chance in more.items():
+        add([*found.missing, other], whole / stop * chance)
+    size = len(kinds(found.missing, effects))
+    alone = 1.0 / (1.0 + odds * (ANOTHER**size if size else SOMETHING))
     total = sum(sets.values()) / (1.0 - unknown(structure))
-    listed = [Hypothesis(effects, (alone if len(effects) <= size else 1.0) * weight / total) for effects, weight in sets.items()]
-    faint = [Hypothesis(effects, (1.0 - alone) * weight / total, faint=True) for effects, weight in sets.items() if len(effects) <= size]
+    listed = [Hypothesis(names, (alone if len(names) <= size else 1.0) * weight / total) for names, weight in sets.items()]
+    faint = [Hypothesis(names, (1.0 - alone) * weight / total, faint=True) for names, weight in sets.items() if len(names) <= size]
     return sorted([*listed, *faint], key=lambda one: -one.probability)
 
 

@@ -10,7 +10,7 @@ from typing import Any
 import torch
 
 from zoo.diagnosis.diagnose import Diagnosis, check_effects, diagnose
-from zoo.diagnosis.parameters import fitted_parameters
+from zoo.diagnosis.parameters import fitted_parameters, times_of
 from zoo.diagnosis.preparation import reference_varies
 from zoo.diagnosis.readings import as_flown, scatter_in
 from zoo.diagnosis.regions import runs_rms
@@ -19,6 +19,7 @@ from zoo.diagnosis.strangers import strangers
 from zoo.diagnosis.structure import Structure, examine
 from zoo.diagnosis.workbench import VARIED_REFERENCE, Workbench
 from zoo.effects.base import Effect
+from zoo.effects.repeated import by_kind, candidates_beside, kinds
 from zoo.errors import InputError
 from zoo.fitting.noise import floor_of, floors_of, of_all
 from zoo.measurements.recording import JITTER
@@ -83,12 +84,23 @@ def refine(
     if add == "auto":
         added, bench, base = found.search.missing, found.bench, found.search.base
     else:
+        catalogue, added = _times(found, effects, catalogue, added)
         bench = found.bench.with_effects(catalogue)
         base = bench.begin(tuple(effects))
     climbed = _climb(bench, base, added, progress)
     structure = examine(bench, climbed[-1], base)
     solutions = as_flown(bench, [found.search.as_it_stands, *climbed[1:]])
     return Refinement(_record(bench, solutions, climbed[-1], structure, check_runs, added), solutions, found)
+
+
+def _times(found: Diagnosis, effects: list[str], catalogue: dict[str, Effect], added: list[str]) -> tuple[dict[str, Effect], list[str]]:
+    """A catalogue and the effects to add, each as often as a diagnosis has found it, once at least."""
+    catalogue, often = dict(catalogue), []
+    for name in added:
+        times = by_kind(found.search.missing, found.bench.effects).get(name, [])
+        often += times or candidates_beside([name], effects, catalogue)
+        catalogue |= dict.fromkeys(times, catalogue[name])
+    return catalogue, often
 
 
 def check_added(runs: list[Run], check_runs: list[Run], effects: list[str], added: list[str], catalogue: dict[str, Effect]) -> None:
@@ -109,7 +121,8 @@ def check_added(runs: list[Run], check_runs: list[Run], effects: list[str], adde
     if other is not None:
         told = f"{other.name} has block means of {other.average_s:g} s, {runs[0].name} of {runs[0].average_s:g} s"
         raise InputError(f"{told}: read all with one average_s")
-    twice = [name for place, name in enumerate(added) if name in [*effects, *added[:place]]]
+    there = [name for name in effects if name in catalogue and not catalogue[name].again]
+    twice = [name for place, name in enumerate(added) if name in [*there, *added[:place]]]
     if twice:
         raise InputError(f"add: '{twice[0]}' is in the model already (effects: {', '.join(effects)})")
     check_effects(runs, [*effects, *added], catalogue)
@@ -119,12 +132,14 @@ def check_added(runs: list[Run], check_runs: list[Run], effects: list[str], adde
 
 
 def _climb(bench: Workbench, base: Solved, added: list[str], progress: Callable[[str], None]) -> list[Solved]:
-    """The models with one effect more at a time; one that a search came by is taken as it is."""
-    solutions = [base]
-    for place, name in enumerate(added, 1):
-        progress(f"refitting with {name}")
-        before = solutions[-1]
-        solutions.append(bench.known((*before.names, name)) or bench.add(before, name, tuple(added[:place])))
+    """The models with one effect more at a time, all its times together; one that a search came by is taken as it is."""
+    solutions, now = [base], base
+    for one, names in by_kind(added, bench.effects).items():
+        progress(f"refitting with {one}")
+        for name in names:
+            there = tuple(other for other in added if other in now.names)
+            now = bench.known((*now.names, name)) or bench.add(now, name, (*there, name))
+        solutions.append(now)
     return solutions
 
 
@@ -134,7 +149,7 @@ def _record(
     """The contract's record of the rungs, the last of which is the final model, as it flies."""
     ladder: list[dict[str, Any]] = [
         {"added": name, "effects": list(solved.names), "rms": solved.rms, "rms_check": check_rms(solved.model, check_runs)}
-        for name, solved in zip([None, *added], solutions, strict=True)
+        for name, solved in zip([None, *kinds(added, bench.effects)], solutions, strict=True)
     ]
     floor = bench.reached_floor(final) if structure.is_noise else bench.mixtures.white
     noise = final.likely.noise if structure.is_noise else None
@@ -161,6 +176,7 @@ def _record(
         "hot": too_hot([*bench.runs, *check_runs]),
         "beyond": beyond(solutions[-1].model, bench.runs, check_runs),
         "parameters": fitted_parameters(solutions[-1], bench.runs[0].unit),
+        "times": times_of(solutions[-1]),
     }
 
 

@@ -13,6 +13,7 @@ from zoo.diagnosis.solved import Solved
 from zoo.diagnosis.structure import leaves_noise
 from zoo.diagnosis.trials import OVERWHELMING, REFITS, Step, Trial, glances, refit, round_of
 from zoo.diagnosis.workbench import FAR, Workbench, theta_without
+from zoo.effects.repeated import candidates_beside, kind, kinds
 
 HELPS = 0.3
 """Share of the variance that an addition must take away to be named where the rest stays unexplained (16 % in RMS)."""
@@ -176,7 +177,7 @@ def pair(
         if not one.refitted:
             refit(bench, found.base, [one], progress)
         assert one.solved is not None
-        others = [name for name in candidates if name not in one.solved.names]
+        others = candidates_beside(candidates, one.solved.names, bench.effects)
         if not others:
             return
         step = ask(one.solved, others) if ask else round_for_a_pair(bench, one.solved, others, progress)
@@ -222,7 +223,7 @@ def _forward(
         step = _round_beside(bench, found.final, found, candidates, progress)
         found.steps.append(step)
         best = chosen_of(bench, found.base, step)
-        if best is None or len(found.missing) >= MOST_ADDED:
+        if best is None or len(kinds(found.missing, bench.effects)) >= MOST_ADDED:
             return
         assert best.solved is not None
         step.chosen = best.screened.name
@@ -233,7 +234,7 @@ def _forward(
 
 def _round_beside(bench: Workbench, now: Solved, found: Search, candidates: list[str], progress: Callable[[str], None]) -> Step:
     """What else a model may lack."""
-    return round_of(bench, now, [name for name in candidates if name not in now.names], accepted(found.base, now), progress)
+    return round_of(bench, now, candidates_beside(candidates, now.names, bench.effects), accepted(found.base, now), progress)
 
 
 def by_evidence(bench: Workbench, found: Search, candidates: list[str], progress: Callable[[str], None]) -> bool:
@@ -244,7 +245,7 @@ def by_evidence(bench: Workbench, found: Search, candidates: list[str], progress
     """
     other, seen = Search(found.base, found.base), set[frozenset[str]]()
     while not other.path or not leaves_noise(bench, other.final, found.base):
-        if frozenset(other.final.names) in seen or len(other.missing) >= MOST_ADDED:
+        if frozenset(other.final.names) in seen or len(kinds(other.missing, bench.effects)) >= MOST_ADDED:
             return False
         seen.add(frozenset(other.final.names))
         known = next((step for step in found.steps if same(step.before, other.final)), None)
@@ -287,7 +288,8 @@ def _exchange(bench: Workbench, found: Search, candidates: list[str], progress: 
     for name in found.missing if len(found.missing) > 1 else []:
         less = bench.without(found.final, name)
         own = bench.evidence(less, found.final)
-        trials = _looked_at(bench, found, less, [one for one in candidates if one not in found.final.names])
+        others = [one for one in candidates if one != kind(name, bench.effects[name])]
+        trials = _looked_at(bench, found, less, candidates_beside(others, found.final.names, bench.effects))
         refit(bench, less, in_reach(trials, own, bench.look_alikes(name)), progress, 0, theta_without(found.final, name))
         _remember(bench, found, less, trials)
         mine = Trial(Screened(name, found.final.shape_of(name), 0.0, 0), found.final, own, True)

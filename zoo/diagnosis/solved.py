@@ -13,9 +13,10 @@ from torch import Tensor
 
 from zoo.diagnosis.elsewhere import Elsewhere
 from zoo.diagnosis.noise_likelihood import START, Likelihood, Likely, NoiseMixtures, Place, with_rows
-from zoo.diagnosis.occam import price_of_excess, price_of_shape, price_of_size
+from zoo.diagnosis.occam import AGAIN, price_of_excess, price_of_shape, price_of_size
 from zoo.diagnosis.trimming import trimmed
 from zoo.effects.base import physical_value
+from zoo.effects.repeated import kinds
 from zoo.fitting.design import Design
 from zoo.fitting.projection import orthonormal, project
 from zoo.fitting.variable_projection import Fit
@@ -103,7 +104,7 @@ class Solved:
 
         Those effects cost what `zoo.diagnosis.occam` says of their sizes and shapes, and of a whole number the logarithm of its choices. Any other
         parameter costs half of `each`, whether anything depends on it where the fit put it or not, for it is there in the other model as well; and so
-        does a whole number that nearly every gyro has alike.
+        does a whole number that nearly every gyro has alike. What happens once more is cheaper, by `AGAIN`.
 
         Args:
             effects: places of their amplitudes.
@@ -123,7 +124,13 @@ class Solved:
         occam = sum(float(price_of_size(len(own), _explained(white, own, fixed))) for own in sizes)
         occam += self._price_of_excess(white, sorted(place for own in sizes for place in own), fixed)
         occam += price_of_shape(every[:, shapes], every[:, fixed], blocks.to(every)) + self._price_of_whole(effects, each)
-        return 0.5 * found.gain + found.choices + 0.5 * self._others(effects) * each + occam
+        return 0.5 * found.gain + found.choices + 0.5 * self._others(effects) * each + occam - AGAIN * self._times(effects)
+
+    def _times(self, names: Collection[str]) -> int:
+        """How many of some effects are something once more."""
+        every = dict(self.model.named_effects())
+        rest = {name: effect for name, effect in every.items() if name not in names}
+        return len(names) - len(kinds(every, every)) + len(kinds(rest, rest))
 
     def _price_of_excess(self, white: Tensor, own: list[int], fixed: list[int]) -> float:
         """What amplitudes beyond their bounds cost, as they are where only some columns, whitened with the target behind them, are left."""

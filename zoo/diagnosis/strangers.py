@@ -23,7 +23,8 @@ NOTICED = 3.0
 def strangers(bench: Workbench, models: Sequence[Solved], check_runs: Iterable[Run] = ()) -> list[dict[str, Any]]:
     """Runs that no model, fitted to the other runs, predicts better than no compensation would.
 
-    An effect of one run alone, such as a step, is unknown to the others too, but little beside all that a gyro's runs have in common.
+    An effect of one run alone, such as a step, is unknown to the others too, but little beside all that a gyro's runs have in common; where it is
+    not, they must predict the rest of the run.
 
     Args:
         bench: the fitted runs.
@@ -54,15 +55,17 @@ def _odd(bench: Workbench, models: Sequence[Solved]) -> dict[int, tuple[float, f
 def _strange(bench: Workbench, models: Sequence[Solved], places: list[int]) -> dict[int, tuple[float, float]]:
     """Which of some runs the others of them predict no better than nothing: the RMS that they leave of each, and that of its error.
 
-    Whom any model predicts is none, though the others had to extrapolate. Of two either both are strange to each other or, as one of them may know
-    less than the other needs, none is.
+    Whom any model predicts is none, though the others had to extrapolate, nor is whom they predict but for what happens in it alone. Of two either
+    both are strange to each other or, as one of them may know less than the other needs, none is.
     """
     if len(places) < 2:
         return {}
     odd = {}
     for place, numbers in zip(places, zip(*(from_other_runs(bench, one, places) for one in models), strict=True), strict=True):
         known = [(one.left, one.bare) for one in numbers if one.known]
-        if known and all(_is_strange(bench.runs[place], one.left, one.bare, models[-1]) for one in numbers):
+        run, last = bench.runs[place], models[-1]
+        explained = numbers[-1].beside_own <= NOTICED * floor_of(run, last.likely.noise)
+        if known and not explained and all(_is_strange(run, one.left, one.bare, last) for one in numbers):
             odd[place] = min(known, key=lambda one: one[0] / one[1])
     return odd if len(places) > 2 or len(odd) == len(places) else {}
 

@@ -155,7 +155,8 @@ class Workbench:
     def begin(self, names: tuple[str, ...]) -> Solved:
         """Fit the model as it stands.
 
-        Effects whose shapes no step finds from where they are declared are put in last, each with its shapes searched for beside the others.
+        Effects whose shapes no step finds from where they are declared are put in last, each with its shapes searched for beside the others; those
+        of a trained model are where they are given, or near.
 
         Args:
             names: effects, in the order of the model.
@@ -167,7 +168,7 @@ class Workbench:
         solved = self.solve(plain)
         for name in hidden:
             solved = self.add(solved, name)
-        return solved
+        return self.solve(solved.names, [self.design(solved.names).model.theta()], solved.likely.place)
 
     def extend(self, base: Solved, name: str, shape: Tensor, start: Tensor | None = None) -> Solved:
         """Refit, coarsely, with one more effect, its shape started where screening found it.

@@ -130,6 +130,7 @@ class Effect(nn.Module):
         sharp: whether its columns change much within a few kelvins, without memory, so that a search has to look closely for where the place is.
         instant: whether its columns at one moment depend on that moment alone, so that a search through many shapes may take means for moments.
         runs_together: whether its columns are right for several runs at once, along a leading axis (see `History`); faster than one by one.
+        again: whether it may happen several times, see `zoo.effects.repeated`.
         moments: which shapes are moments in a run, in hours, at which the columns jump.
         filters: whether it is the thermometers' readings behind a filter and nothing else, as which it also makes up for their scatter.
         left_out: names of the spare amplitudes that `columns` has to make nothing, see `beside`; empty of a class.
@@ -149,6 +150,7 @@ class Effect(nn.Module):
     sharp: ClassVar[bool] = False
     instant: ClassVar[bool] = False
     runs_together: ClassVar[bool] = False
+    again: ClassVar[bool] = False
     moments: ClassVar[tuple[str, ...]] = ()
     filters: ClassVar[bool] = False
     needs_varied_reference: ClassVar[bool] = False

@@ -1,4 +1,4 @@
-"""A bias that jumps once."""
+"""A bias that jumps."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ ENDS, ENDS_S = 0.01, 300.0
 
 
 class BiasStep(Effect):
-    """A step at one moment: a fan that switches, a fibre that slips, a laser that hops.
+    """A step at one moment: a fan that switches, a fibre that slips, a laser that hops. Each further one is an effect of its own in the model.
 
     The moment is counted from the run's start. `run` tells which run it happened in; 0 means at that time in every run, as for a programmed switch;
     −2 in run 2, and that it has stayed: the runs after it, in the order of their files, begin with it, and so does any that was not fitted.
@@ -22,6 +22,7 @@ class BiasStep(Effect):
 
     name = "bias_step"
     runs_together = True
+    again = True
     moments = ("onset",)
     place = "housing"
     shape = (

@@ -7,8 +7,9 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import Any
 
+from zoo.effects.base import RUN
 from zoo.report.floors import excess
-from zoo.report.wording import Scale, finite, joined, of_parameter, times, unit_symbol, with_error
+from zoo.report.wording import Scale, finite, joined, names_in_model, of_parameter, times, unit_symbol, with_error
 
 Record = dict[str, Any]
 
@@ -58,13 +59,26 @@ def what_could_hide(diagnosis: Record) -> list[str]:
 def beyond_plausible(record: Record, effects: Iterable[str]) -> list[str]:
     """Which of these effects the runs want with values beyond their bounds, a sentence each."""
     fitted, told = record.get("parameters") or {}, []
-    for effect in effects:
+    for effect in names_in_model(record, effects):
         held = [(name, one) for name, one in (fitted.get(effect) or {}).items() if one.get("at_bound")]
         values = [of_parameter(name, with_error(one.get("value"), None, one["at_bound"]), unit_symbol(one.get("unit"))) for name, one in held]
         if values:
             what = f"The runs ask more of {effect} than is plausible ({joined(values)})"
             told.append(f"{what}: it may stand in for another effect; do not take its values for the gyro's.")
     return told
+
+
+def of_single_runs(record: Record, effects: Iterable[str]) -> list[str]:
+    """Which of these effects happened in fitted runs of their own, so that no other run can bear them out, in a sentence; none where none did."""
+    fitted = record.get("parameters") or {}
+
+    def once(name: str) -> bool:
+        return (finite((fitted.get(name, {}).get(RUN) or {}).get("value")) or 0.0) > 0
+
+    single = [effect for effect in effects if any(map(once, names_in_model(record, [effect])))]
+    if not single:
+        return []
+    return [f"{joined(single)} happened in fitted runs alone, and nothing tells beforehand what happens in another: diagnose that with them."]
 
 
 def what_walks(record: Record) -> list[str]:

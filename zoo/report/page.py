@@ -23,7 +23,7 @@ from zoo.report.trace import Trace, rms
 from zoo.report.unknown_section import unknown_section
 from zoo.report.unknown_words import unexplained
 from zoo.report.verdict import Record, ladder, missing, rms_after, unfitted, verdict_of
-from zoo.report.wording import DIAGNOSED, REFINED, Scale, finite, joined, significant
+from zoo.report.wording import DIAGNOSED, REFINED, Scale, finite, joined, names_in_model, significant
 
 REGIONS_SHOWN = 8
 REFINE = ("fogzoo", "refine")
@@ -170,5 +170,6 @@ def _effects(diagnosis: Record, refinement: Record | None, scale: Scale) -> list
     steps, added = ladder(diagnosis, refinement), _added(diagnosis, refinement)
     now = [str(name) for name in diagnosis.get("effects") or (steps[0].effects if steps else [])]
     fitted = (refinement or {}).get("parameters") or diagnosis.get("parameters") or {}
+    added = names_in_model(refinement or diagnosis, added)
     others = [name for name in fitted if name not in now and name not in added]
     return [(name, name in added and name not in now, tables.parameter_rows(fitted.get(name), scale)) for name in [*now, *added, *others]]

@@ -19,7 +19,7 @@ from zoo.report.page import scale_of
 from zoo.report.probable import probable_line
 from zoo.report.tables import CandidateRow, candidate_rows, ladder_rows, parameter_rows, region_rows
 from zoo.report.verdict import Record, Verdict, ladder, missing, rms_after, verdict_of
-from zoo.report.wording import Scale, finite, joined, of_parameter
+from zoo.report.wording import Scale, finite, joined, names_in_model, of_parameter
 
 COLORS = {"complete": "green", "missing": "yellow", "unknown": "red", "none": "red"}
 CANDIDATES, REGIONS, NOTES = 5, 3, 5
@@ -121,13 +121,17 @@ def _print_numbers(out: Console, diagnosis: Record, scale: Scale) -> None:
 
 
 def _print_values(out: Console, effects: Sequence[str], record: Record, scale: Scale) -> None:
-    """How large, where and when what was added is: a line an effect, without switches that are off; nothing where it is not what it is called."""
+    """How large, where and when what was added is, without switches that are off; nothing where it is not what it is called.
+
+    A line an effect, and one each time of what happens several times.
+    """
     parameters = {} if record.get("outdone") else record.get("parameters") or {}
     for effect in effects:
-        known = [row for row in parameter_rows(parameters.get(effect), scale) if row[1] != "0"]
-        values = [of_parameter(*row) for row in known]
-        if values:
-            out.print(_indented(Text(f"{effect}: {', '.join(values)}")))
+        for name in names_in_model(record, [effect]):
+            known = [row for row in parameter_rows(parameters.get(name), scale) if row[1] != "0"]
+            values = [of_parameter(*row) for row in known]
+            if values:
+                out.print(_indented(Text(f"{effect}: {', '.join(values)}")))
 
 
 def _table(*columns: tuple[str, bool]) -> Table:

@@ -6,10 +6,10 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 from zoo.report.floors import WORTH_TELLING, Floors, excess
-from zoo.report.limits import beyond_plausible, what_could_hide, what_walks
+from zoo.report.limits import beyond_plausible, of_single_runs, what_could_hide, what_walks
 from zoo.report.trace import HELD_OUT, Trace, rms
 from zoo.report.unknown_words import unexplained, unexplained_beside
-from zoo.report.wording import finite, joined, percent, reached_beyond, significant, times, unit_symbol
+from zoo.report.wording import finite, joined, names_in_model, percent, reached_beyond, significant, times, unit_symbol
 
 Record = dict[str, Any]
 
@@ -187,7 +187,15 @@ def _twins(diagnosis: Record, name: str) -> list[str]:
 
 def _named(diagnosis: Record) -> list[str]:
     """The missing effects, each with what cannot be told from it and with the probability that it is one of them."""
-    return [f"{_or_its_twins(name, _twins(diagnosis, name))}{_chance(diagnosis, [name, *_twins(diagnosis, name)])}" for name in missing(diagnosis)]
+    return [
+        f"{_or_its_twins(name, _twins(diagnosis, name))}{_often(diagnosis, name)}{_chance(diagnosis, [name, *_twins(diagnosis, name)])}"
+        for name in missing(diagnosis)
+    ]
+
+
+def _often(diagnosis: Record, name: str) -> str:
+    times = len(names_in_model(diagnosis, [name]))
+    return f", {times} times" if times > 1 else ""
 
 
 def _or_its_twins(name: str, twins: list[str]) -> str:
@@ -315,7 +323,8 @@ def _refined(diagnosis: Record, refinement: Record) -> Verdict:
         return Verdict("complete", f"The model is complete {done}", [*what, *doubts])
     if refinement.get("borne_out") is False and (added or _near(rungs, refinement)):
         headline, sentences = _not_borne_out(rungs, refinement)
-        return Verdict("unknown", f"{headline} {done}", sentences + _no_lower(rungs) + _better_without(refinement))
+        sentences += [*of_single_runs(refinement, added), *_no_lower(rungs), *_better_without(refinement)]
+        return Verdict("unknown", f"{headline} {done}", sentences)
     if added:
         left = f"It fits, but {SIMPLER}." if refinement.get("outdone") else "What is left is not noise."
         more = [*_no_lower(rungs), *_better_without(refinement), *unexplained(diagnosis, done=True)]

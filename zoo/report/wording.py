@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -118,6 +118,12 @@ def unit_symbol(unit: Any) -> str:
 def of_parameter(name: str, value: str, symbol: str) -> str:
     """``width 6.10 ± 0.41 K``."""
     return f"{name} {value} {'' if symbol == '1' else symbol}".rstrip()
+
+
+def names_in_model(record: Mapping[str, Any], effects: Iterable[str]) -> list[str]:
+    """Under which names a diagnosis or a refinement has parameters of effects that it adds: of one that happens several times under several."""
+    times, there = record.get("times") or {}, record.get("effects") or ()
+    return [str(name) for effect in effects for name in times.get(effect) or [effect] if name not in there]
 
 
 def joined(names: Any, last: str = "and") -> str:

@@ -11,6 +11,7 @@ from torch import Tensor
 from zoo.diagnosis.experiment.prediction import Predicted
 from zoo.diagnosis.solved import Solved
 from zoo.diagnosis.workbench import Workbench
+from zoo.effects.repeated import kinds
 from zoo.fitting.design import Design
 from zoo.fitting.projection import complement, orthonormal, project
 from zoo.models.graybox import UNSEEN
@@ -81,8 +82,9 @@ class Old:
 
     @property
     def own_names(self) -> list[str]:
-        """Of each rival, the effects that not all of them have."""
-        return [" + ".join(name for name in rival[0].names if name not in self.common) or "neither" for rival in self.rivals]
+        """Of each rival, the effects that not all of them have, as the catalogue calls them."""
+        own = [{name: effect for name, effect in rival[0].model.named_effects() if name not in self.common} for rival in self.rivals]
+        return [" + ".join(kinds(one, one)) or "neither" for one in own]
 
     def own(self, place: int) -> tuple[list[int], list[int]]:
         """Which of a rival's columns and tangents belong to effects that not all of them have, and which do not."""
