@@ -105,3 +105,12 @@ def test_beside_jumps_another_effect_is_named(jumping, base, catalogue) -> None:
     assert record["verdict"] == "missing"
     assert sorted(record["missing"]) == ["bias_step", "polarization"]
     assert len(record["times"]["bias_step"]) == 3
+
+
+def test_a_model_that_has_it_under_a_further_name_alone_is_examined(runs, base, catalogue) -> None:
+    """Candidates that the user chose, without what the model has: nothing to add it from."""
+    few = {name: catalogue[name] for name in (*base, "aging")}
+    record = diagnose(runs("bias_step"), [*base, "bias_step_2"], {**few, "bias_step_2": catalogue["bias_step"]}).record
+    assert (record["verdict"], record["missing"]) == ("complete", [])
+    assert record["times"] == {"bias_step": ["bias_step_2"]}
+    assert {*record["detection_limits"]} == {"aging"}

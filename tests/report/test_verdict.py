@@ -328,3 +328,13 @@ def test_of_what_is_missing_several_times_the_headline_says_how_often_and_not_of
     of: Record = {"verdict": "missing", "missing": ["bias_step"], "effects": ["shupe"], "times": {"bias_step": ["bias_step_2", "bias_step"]}}
     assert verdict_of(of).headline == "Missing: bias_step, 2 times"
     assert verdict_of({**of, "effects": ["shupe", "bias_step"]}).headline == "Missing: bias_step"
+
+
+def test_a_model_that_jumped_in_runs_of_its_own_is_not_told_to_train_longer() -> None:
+    of: Record = {"verdict": "unknown", "verdict_refitted": "complete", "rms": 0.4, "noise_floor": 0.1, "effects": ["shupe", "bias_step_2"]}
+    told = " ".join(verdict_of(of).sentences)
+    assert "Train it" in told
+    jumped = {**of, "times": {"bias_step": ["bias_step_2"]}, "parameters": {"bias_step_2": {"run": {"value": 3.0}}}}
+    told = " ".join(verdict_of(jumped).sentences)
+    assert "Train it" not in told
+    assert "bias_step happened in fitted runs alone" in told

@@ -124,7 +124,8 @@ def diagnose(runs: list[Run], effects: list[str], catalogue: dict[str, Effect], 
     """
     bench = open_bench(runs, effects, catalogue)
     progress("fitting the model as it stands")
-    candidates = [name for name in bench.available() if name not in effects or bench.effects[name].again]
+    known = [name for name in kinds(bench.available(), bench.effects) if name in bench.effects]
+    candidates = [name for name in known if name not in effects or bench.effects[name].again]
     bench, found = settle(bench, tuple(effects), candidates, progress)
     base = found.base
     progress("testing what is left")

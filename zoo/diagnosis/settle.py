@@ -29,6 +29,7 @@ from zoo.diagnosis.solved import Solved
 from zoo.diagnosis.structure import leaves_noise
 from zoo.diagnosis.trials import OVERWHELMING, Step, Trial, refit, refit_best
 from zoo.diagnosis.workbench import COARSE, FINE, Workbench, theta_without
+from zoo.effects.repeated import kinds
 from zoo.fitting.variable_projection import Fit
 from zoo.scoring.noise import white_level
 from zoo.scoring.stages import rms
@@ -231,7 +232,7 @@ def _beyond_the_end(found: Search) -> list[Step] | None:
 
 def _nothing_else(bench: Workbench, again: Search, pairs: list[Step], progress: Callable[[str], None]) -> bool:
     """Whether a search that ends where there is no noise finds none by other ways either, of which it has tried some pairs before."""
-    candidates = [trial.screened.name for trial in again.steps[0].trials]
+    candidates = kinds((trial.screened.name for trial in again.steps[0].trials), bench.effects)
     if single(bench, again) or by_evidence(bench, again, candidates, progress):
         return False
 

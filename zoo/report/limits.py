@@ -70,12 +70,13 @@ def beyond_plausible(record: Record, effects: Iterable[str]) -> list[str]:
 
 def of_single_runs(record: Record, effects: Iterable[str]) -> list[str]:
     """Which of these effects happened in fitted runs of their own, so that no other run can bear them out, in a sentence; none where none did."""
-    fitted = record.get("parameters") or {}
+    fitted, times = record.get("parameters") or {}, record.get("times") or {}
 
     def once(name: str) -> bool:
         return (finite((fitted.get(name, {}).get(RUN) or {}).get("value")) or 0.0) > 0
 
-    single = [effect for effect in effects if any(map(once, names_in_model(record, [effect])))]
+    known = {name: effect for effect, names in times.items() for name in names}
+    single = dict.fromkeys(known.get(name, name) for effect in effects for name in times.get(effect, [effect]) if once(name))
     if not single:
         return []
     return [f"{joined(single)} happened in fitted runs alone, and nothing tells beforehand what happens in another: diagnose that with them."]

@@ -157,7 +157,8 @@ def _bad_training(diagnosis: Record) -> Verdict:
     without = excess(diagnosis.get("rms"), diagnosis.get("rms_uncompensated"))
     if without and without > 1.0:
         sentences.append(f"That is {times(without)} the error without any model.")
-    sentences.append("Train it on these runs as well, with a larger network or for longer.")
+    single = of_single_runs(diagnosis, diagnosis.get("effects") or [])
+    sentences += single or ["Train it on these runs as well, with a larger network or for longer."]
     return Verdict("unknown", "No effect is missing, but the model does not fit these runs", sentences)
 
 
