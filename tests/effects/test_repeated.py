@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from zoo.catalog import build
 from zoo.effects.base import Effect
-from zoo.effects.repeated import MOST, by_kind, candidates_beside, kinds
+from zoo.effects.repeated import MOST, by_kind, candidates_beside, kinds, with_times
 
 
 def catalogue(*names: str) -> dict[str, Effect]:
@@ -12,7 +12,7 @@ def catalogue(*names: str) -> dict[str, Effect]:
 
 
 def test_what_may_happen_again_is_offered_under_the_next_name_and_all_else_once() -> None:
-    effects = catalogue("aging", "bias_step")
+    effects = with_times(catalogue("aging", "bias_step"))
     present: list[str] = []
     for expected in ("bias_step", *(f"bias_step_{time}" for time in range(2, MOST + 1))):
         assert candidates_beside(["aging", "bias_step"], present, effects) == ["aging", expected]
@@ -24,15 +24,14 @@ def test_what_may_happen_again_is_offered_under_the_next_name_and_all_else_once(
 
 
 def test_a_name_that_was_left_is_taken_again() -> None:
-    effects = catalogue("bias_step")
-    for present in (["bias_step"], ["bias_step", "bias_step_2"]):
-        candidates_beside(["bias_step"], present, effects)
+    effects = with_times(catalogue("bias_step"))
     assert candidates_beside(["bias_step"], ["bias_step", "bias_step_3"], effects) == ["bias_step_2"]
     assert candidates_beside(["bias_step"], ["bias_step_2"], effects) == ["bias_step"]
 
 
 def test_a_users_own_effect_of_that_name_stays_what_it_is() -> None:
-    effects = catalogue("aging", "bias_step")
-    effects["bias_step_2"] = effects["aging"]
+    own = catalogue("aging", "bias_step")
+    effects = with_times({**own, "bias_step_2": own["aging"]})
     assert candidates_beside(["bias_step"], ["bias_step"], effects) == ["bias_step_3"]
-    assert effects["bias_step_2"] is effects["aging"]
+    assert effects["bias_step_2"] is own["aging"]
+    assert with_times(effects) == effects

@@ -124,8 +124,7 @@ def diagnose(runs: list[Run], effects: list[str], catalogue: dict[str, Effect], 
     """
     bench = open_bench(runs, effects, catalogue)
     progress("fitting the model as it stands")
-    known = [name for name in kinds(bench.available(), bench.effects) if name in bench.effects]
-    candidates = [name for name in known if name not in effects or bench.effects[name].again]
+    candidates = [name for name in bench.available() if name not in effects or bench.effects[name].again]
     bench, found = settle(bench, tuple(effects), candidates, progress)
     base = found.base
     progress("testing what is left")
@@ -208,7 +207,8 @@ def _counts_runs(one: Parameter) -> bool:
 
 def _numbered(runs: int, effects: dict[str, Effect]) -> list[str]:
     """A note where there are more runs than an effect can tell by their numbers."""
-    most = {name: int(one.high) for name, effect in effects.items() for one in effect.shape if _counts_runs(one) and one.high < runs}
+    known = {kind(name, effect): effect for name, effect in effects.items()}
+    most = {name: int(one.high) for name, effect in known.items() for one in effect.shape if _counts_runs(one) and one.high < runs}
     if not most:
         return []
     return [f"of {runs} runs only the first {min(most.values())} are searched for one that differs from the others ({', '.join(most)})"]

@@ -19,7 +19,7 @@ from zoo.diagnosis.strangers import strangers
 from zoo.diagnosis.structure import Structure, examine
 from zoo.diagnosis.workbench import VARIED_REFERENCE, Workbench
 from zoo.effects.base import Effect
-from zoo.effects.repeated import by_kind, candidates_beside, kinds
+from zoo.effects.repeated import by_kind, candidates_beside, kinds, with_times
 from zoo.errors import InputError
 from zoo.fitting.noise import floor_of, floors_of, of_all
 from zoo.measurements.recording import JITTER
@@ -95,12 +95,8 @@ def refine(
 
 def _times(found: Diagnosis, effects: list[str], catalogue: dict[str, Effect], added: list[str]) -> tuple[dict[str, Effect], list[str]]:
     """A catalogue and the effects to add, each as often as a diagnosis has found it, once at least."""
-    catalogue, often = dict(catalogue), []
-    for name in added:
-        times = by_kind(found.search.missing, found.bench.effects).get(name, [])
-        often += times or candidates_beside([name], effects, catalogue)
-        catalogue |= dict.fromkeys(times, catalogue[name])
-    return catalogue, often
+    every, times = with_times(catalogue), by_kind(found.search.missing, found.bench.effects)
+    return every, [each for name in added for each in times.get(name) or candidates_beside([name], effects, every)]
 
 
 def check_added(runs: list[Run], check_runs: list[Run], effects: list[str], added: list[str], catalogue: dict[str, Effect]) -> None:

@@ -13,7 +13,7 @@ from zoo.diagnosis.solved import Solved
 from zoo.diagnosis.structure import leaves_noise
 from zoo.diagnosis.trials import OVERWHELMING, REFITS, Step, Trial, glances, refit, round_of
 from zoo.diagnosis.workbench import FAR, Workbench, theta_without
-from zoo.effects.repeated import candidates_beside, kind, kinds
+from zoo.effects.repeated import by_kind, candidates_beside, kind, kinds
 
 HELPS = 0.3
 """Share of the variance that an addition must take away to be named where the rest stays unexplained (16 % in RMS)."""
@@ -120,14 +120,16 @@ def search(
 def _drop(bench: Workbench, found: Search) -> None:
     """Leave out what beside all the others, as they are in the end, is not called for; what makes noise of the rest is.
 
-    Of three, each pair is looked for once more: with the third beside them they may be where it has put them.
+    Of three, each pair is looked for once more: with the third beside them they may be where it has put them. Not where that is another time of the
+    same, which has moments of its own.
     """
     for name in found.missing:
         if len(found.missing) < 2:
             break
         less = bench.without(found.final, name)
         if len(found.missing) > 2:
-            less = looked_again(bench, less, [other for other in found.missing if other != name])
+            others = by_kind(found.missing, bench.effects)
+            less = looked_again(bench, less, [other for one, names in others.items() if name not in names for other in names])
         little = bench.evidence(less, found.final) < ACCEPT
         if little and not (leaves_noise(bench, found.final, found.base) and not leaves_noise(bench, less, found.base)):
             found.keep(less)
@@ -223,13 +225,18 @@ def _forward(
         step = _round_beside(bench, found.final, found, candidates, progress)
         found.steps.append(step)
         best = chosen_of(bench, found.base, step)
-        if best is None or len(kinds(found.missing, bench.effects)) >= MOST_ADDED:
+        if best is None or _as_many_as_may_be(bench, found):
             return
         assert best.solved is not None
         step.chosen = best.screened.name
         found.keep(pruned(bench, finished(bench, found.base, best.solved), found.base))
         if out_of_reach(bench, found.final, found.base):
             return
+
+
+def _as_many_as_may_be(bench: Workbench, found: Search) -> bool:
+    """Whether nothing of another kind may be added."""
+    return len(found.missing) >= MOST_ADDED and len(kinds(found.missing, bench.effects)) >= MOST_ADDED
 
 
 def _round_beside(bench: Workbench, now: Solved, found: Search, candidates: list[str], progress: Callable[[str], None]) -> Step:
@@ -245,7 +252,7 @@ def by_evidence(bench: Workbench, found: Search, candidates: list[str], progress
     """
     other, seen = Search(found.base, found.base), set[frozenset[str]]()
     while not other.path or not leaves_noise(bench, other.final, found.base):
-        if frozenset(other.final.names) in seen or len(kinds(other.missing, bench.effects)) >= MOST_ADDED:
+        if frozenset(other.final.names) in seen or _as_many_as_may_be(bench, other):
             return False
         seen.add(frozenset(other.final.names))
         known = next((step for step in found.steps if same(step.before, other.final)), None)

@@ -17,6 +17,7 @@ from zoo.diagnosis.solved import Solved
 from zoo.effects.base import Effect
 from zoo.effects.bounds import to_physical, to_unit
 from zoo.effects.earlier import before_each
+from zoo.effects.repeated import kind, with_times
 from zoo.fitting.design import Design, coarse_starts, starts_in_motion
 from zoo.fitting.noise import assumed
 from zoo.fitting.projection import orthonormal
@@ -84,14 +85,14 @@ class Workbench:
         self.span_s = max(float(run.time[-1] - run.time[0]) for run in runs)
         before = before_each([(run.time, run.temperature) for run in runs])
         largest = max(float(run.table[:, -1].abs().max()) for run in runs)
-        self.effects = {name: effect.seen_over(self.span_s).driven_to(largest).after(before) for name, effect in effects.items()}
+        self.effects = {name: effect.seen_over(self.span_s).driven_to(largest).after(before) for name, effect in with_times(effects).items()}
         self.blocks = sum(run.blocks for run in runs)
         self._solved: dict[frozenset[str], Solved] = {}
         self._earlier: dict[tuple[str, ...], Tensor] = {}
 
     def available(self) -> list[str]:
-        """Names of the effects that the runs can show."""
-        return [name for name in self.effects if not self.lacking(name)]
+        """Names in the catalogue of the effects that the runs can show."""
+        return [name for name, effect in self.effects.items() if name == kind(name, effect) and not self.lacking(name)]
 
     def lacking(self, name: str) -> list[str]:
         """What an effect would need that the runs do not have: its columns, or a reference that changes."""
@@ -156,7 +157,7 @@ class Workbench:
         """Fit the model as it stands.
 
         Effects whose shapes no step finds from where they are declared are put in last, each with its shapes searched for beside the others; those
-        of a trained model are where they are given, or near.
+        of a trained model are where they are given.
 
         Args:
             names: effects, in the order of the model.

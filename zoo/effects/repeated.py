@@ -26,19 +26,22 @@ def by_kind(names: Iterable[str], effects: Mapping[str, Effect]) -> dict[str, li
     return {one: [name for name in given if kind(name, effects[name]) == one] for one in kinds(given, effects)}
 
 
-def candidates_beside(names: Iterable[str], present: Iterable[str], effects: dict[str, Effect]) -> list[str]:
+def with_times(effects: Mapping[str, Effect]) -> dict[str, Effect]:
+    """Effects by name, and what may happen several times under its further names as well, where those are free."""
+    again = {name: effect for name, effect in effects.items() if effect.again and name == effect.name}
+    return {**{f"{name}_{time}": effect for name, effect in again.items() for time in range(2, MOST + 1)}, **effects}
+
+
+def candidates_beside(names: Iterable[str], present: Iterable[str], effects: Mapping[str, Effect]) -> list[str]:
     """What of some effects may be added to a model: what it has already once more, where that may be, under the first name that is free.
 
     Args:
         names: in the catalogue.
         present: of the effects in the model.
-        effects: by name; new names are put in.
+        effects: by name, see `with_times`.
     """
     there, found = set(present), []
     for name in names:
-        free = [name] if not effects[name].again else [name, *(f"{name}_{time}" for time in range(2, MOST + 1))]
-        free = [one for one in free if one not in there and kind(one, effects.get(one, effects[name])) == name]
-        if free:
-            effects.setdefault(free[0], effects[name])
-            found.append(free[0])
+        times = [name, *(f"{name}_{time}" for time in range(2, MOST + 1))] if effects[name].again else [name]
+        found += [one for one in times if one not in there and kind(one, effects[one]) == name][:1]
     return found
